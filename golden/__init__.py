@@ -1,0 +1,1 @@
+"""The reference: what every block must compute. NumPy only; no cycles, no Amaranth."""

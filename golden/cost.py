@@ -1,0 +1,119 @@
+"""Matching cost: sub-pixels (2-3 .. 2-6), differences and their sum (2-7 .. 2-12), local disparity."""
+
+import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
+
+from .config import Arithmetic, MatcherConfig
+
+
+__all__ = ["sub_pixels", "cost_energy", "edata", "matching_cost", "local_disparity"]
+
+
+def sub_pixels(picture, config: MatcherConfig):
+    """A pixel with the sub-pixels above, below and to its left, equations (2-3) .. (2-5).
+
+    ``LINEAR`` keeps the sums, hence doubles the pixel itself; ``THESIS`` halves with floor; ``FLOAT`` halves exactly.
+    A pixel outside the picture repeats its nearest picture pixel. The sub-pixel to the right of ``x`` (2-6) is the one to the
+    left of ``x+1``; column ``W`` of the result is there for it.
+
+    Parameters
+    ----------
+    picture : (H, W) integer ndarray
+        Grey levels.
+
+    Returns
+    -------
+    pixel, above, below, left : (H, W + 1) ndarray
+        Grey levels (``LINEAR``: half grey levels); float64 for ``FLOAT``, else int16.
+
+    Examples
+    --------
+    >>> [part.tolist() for part in sub_pixels(np.array([[3, 4], [6, 8]]), MatcherConfig(disparities=2))]
+    [[[3, 4, 4], [6, 8, 8]], [[3, 4, 4], [4, 6, 6]], [[4, 6, 6], [6, 8, 8]], [[3, 3, 4], [6, 7, 8]]]
+    """
+    exact = config.arithmetic is Arithmetic.FLOAT
+    padded = np.pad(np.asarray(picture, dtype=np.float64 if exact else np.int16), ((1, 1), (1, 1)), mode="edge")
+    centre, minus, plus, before = padded[1:-1, 1:], padded[:-2, 1:], padded[2:, 1:], padded[1:-1, :-1]
+    sums = centre + centre, centre + minus, centre + plus, centre + before
+    match config.arithmetic:
+        case Arithmetic.FLOAT:
+            return tuple(part * 0.5 for part in sums)
+        case Arithmetic.THESIS:
+            return tuple(part >> 1 for part in sums)
+        case Arithmetic.LINEAR:
+            return sums
+
+
+def cost_energy(left, right):
+    """Differences of a pixel and of its sub-pixels, equations (2-7) .. (2-11).
+
+    Parameters
+    ----------
+    left, right : sequences of ndarray
+        As :func:`sub_pixels` gives them; shapes must broadcast.
+
+    Returns
+    -------
+    list of ndarray
+        Absolute differences, in the same order.
+    """
+    return [np.abs(l - r) for l, r in zip(left, right, strict=True)]
+
+
+def edata(costs):
+    """The sum (2-12) of a line of costs; ``cost(x+0.5)`` at ``x`` is ``cost(x-0.5)`` at ``x+1``.
+
+    Parameters
+    ----------
+    costs : four (W + 1, D) ndarrays
+        Of pixel, above, below and left, as :func:`cost_energy` gives them.
+
+    Returns
+    -------
+    (W, D) ndarray
+    """
+    pixel, above, below, left = costs
+    return (pixel + above + below + left)[:-1] + left[1:]
+
+
+def matching_cost(left, right, config: MatcherConfig):
+    """Matching cost ``E(x, y, d)`` of every pixel and disparity, equation (2-12).
+
+    Parameters
+    ----------
+    left, right : (H, W) integer ndarray
+        Grey levels ``0..255``; ``left[y, x]`` matches ``right[y, x - d]``.
+
+    Returns
+    -------
+    (H, W, D) ndarray
+        Grey levels (``LINEAR``: half grey levels), at most ``config.cost_max``; ``config.cost_outside`` where ``d > x``.
+        int16, or float64 for ``FLOAT``.
+    """
+    height, width = np.shape(left)
+    labels = config.disparities
+    left_parts, right_parts = sub_pixels(left, config), sub_pixels(right, config)
+    # right(x - d) is a window on the reversed line: contiguous in d. What lies left of the picture is replaced below.
+    reversed_parts = [np.pad(part[:, ::-1], ((0, 0), (0, labels - 1)), mode="edge") for part in right_parts]
+    outside = np.arange(labels) > np.arange(width)[:, None]
+    cost = np.empty((height, width, labels), dtype=left_parts[0].dtype)
+    for y in range(height):
+        windows = [sliding_window_view(part[y], labels)[::-1] for part in reversed_parts]
+        cost[y] = edata(cost_energy([part[y, :, None] for part in left_parts], windows))
+        cost[y][outside] = config.cost_outside
+    return cost
+
+
+def local_disparity(cost):
+    """Local disparity ``b(x, y)``: the ``d`` of least cost, the smaller on a tie.
+
+    Parameters
+    ----------
+    cost : (..., D) ndarray
+
+    Returns
+    -------
+    (...) intp ndarray
+        Pixels.
+    """
+    return np.argmin(cost, axis=-1)

@@ -1,0 +1,162 @@
+"""The disparity rule (2-15): fast, and plain for reading."""
+
+import numpy as np
+
+from .config import Arithmetic, MatcherConfig
+from .cost import local_disparity, matching_cost
+from .smooth import slope, smooth
+
+
+__all__ = ["labelling", "labelling_plain", "match", "match_plain", "slopes"]
+
+
+def slopes(left, config: MatcherConfig):
+    """Slopes to the left, upper and lower neighbour of every pixel; 0 where the neighbour is outside the picture.
+
+    Parameters
+    ----------
+    left : (H, W) integer ndarray
+        Grey levels.
+
+    Returns
+    -------
+    (3, H, W) ndarray
+    """
+    left = np.asarray(left, dtype=np.int32)
+    horizontal = np.abs(np.diff(left, axis=1))
+    vertical = np.abs(np.diff(left, axis=0))
+    result = np.zeros((3, *left.shape), dtype=np.float64 if config.arithmetic is Arithmetic.FLOAT else np.int32)
+    result[0, :, 1:] = slope(horizontal, config.u1, config)
+    result[1, 1:, :] = slope(vertical, config.u2, config)
+    result[2, :-1, :] = slope(vertical, config.u3, config)
+    return result
+
+
+def labelling(cost, local, left, config: MatcherConfig):
+    """Disparity ``f(x, y)``, equation (2-15), of every pixel.
+
+    ``f`` needs its left and its upper neighbour only, so all pixels of an anti-diagonal are computed at once.
+
+    Parameters
+    ----------
+    cost : (H, W, D) ndarray
+        Of :func:`golden.cost.matching_cost`.
+    local : (H, W) integer ndarray
+        Of :func:`golden.cost.local_disparity`.
+    left : (H, W) integer ndarray
+        Grey levels.
+
+    Returns
+    -------
+    (H, W) int32 ndarray
+        Pixels, ``0 .. D-1``.
+    """
+    height, width, labels = cost.shape
+    number = np.float64 if config.arithmetic is Arithmetic.FLOAT else np.int32
+    floor = config.arithmetic is Arithmetic.THESIS
+    # Row p holds |d - p| for every d: one gather gives the distances of all labels from a neighbour's.
+    label = np.arange(labels)
+    distance = np.abs(label - label[:, None]).astype(number)
+
+    # A column of padding makes the step along an anti-diagonal of the flattened picture (stride - 1) positive for any width;
+    # it is also the left neighbour of column 0, with a slope of zero.
+    stride = width + 1
+    padding = ((0, 0), (1, 0))
+    below = np.zeros_like(local)
+    below[:-1] = local[1:]
+    below = np.pad(below, padding).ravel()
+    weight = [np.pad(part, padding).ravel() for part in slopes(left, config)]
+    result = np.zeros(stride * (height + 1), dtype=np.int32)  # the extra row stands above the picture
+
+    for diagonal in range(width + height - 1):
+        y0, y1 = max(0, diagonal - width + 1), min(height - 1, diagonal)
+        count = y1 - y0 + 1
+        # Pixel (x, y) of the picture is at y*stride + x + 1; so is its upper neighbour in `result`.
+        start = y0 * stride + (diagonal - y0) + 1
+        at = slice(start, start + count * (stride - 1), stride - 1)
+        source = slice(y0 * width + diagonal - y0, None, width - 1) if width > 1 else slice(y0, None)
+        energy = cost.reshape(-1, labels)[source][:count].astype(number)
+        energy *= config.energy_scale
+        own = slice(start + stride, start + stride + count * (stride - 1), stride - 1)
+        before = slice(own.start - 1, own.stop - 1, own.step)
+        for neighbour, w in zip((result[before], result[at], below[at]), weight, strict=True):
+            term = distance[neighbour]
+            term *= w[at, None]
+            if floor:
+                term >>= 8
+            energy += term
+        result[own] = np.argmin(energy, axis=1)
+    return result.reshape(height + 1, stride)[1:, 1:].copy()
+
+
+def match(left, right, config: MatcherConfig):
+    """Disparities of a rectified pair, as the matcher of ``config`` computes them.
+
+    Parameters
+    ----------
+    left, right : (H, W) integer ndarray
+        Grey levels ``0..255``.
+
+    Returns
+    -------
+    (H, W) int32 ndarray
+        Pixels, ``0 .. D-1``.
+    """
+    cost = matching_cost(left, right, config)
+    return labelling(cost, local_disparity(cost), left, config)
+
+
+def labelling_plain(cost, local, left, config: MatcherConfig):
+    """:func:`labelling`, pixel by pixel: the rule for reading."""
+    height, width, labels = cost.shape
+    scale = config.energy_scale
+    result = np.zeros((height, width), dtype=np.int32)
+    for y in range(height):
+        for x in range(width):
+            # (label of the neighbour, its grey level, weight); a neighbour outside the picture adds nothing.
+            neighbours = []
+            if x > 0:
+                neighbours.append((result[y, x - 1], left[y, x - 1], config.u1))
+            if y > 0:
+                neighbours.append((result[y - 1, x], left[y - 1, x], config.u2))
+            if y < height - 1:
+                neighbours.append((local[y + 1, x], left[y + 1, x], config.u3))
+            best = None
+            for d in range(labels):
+                energy = cost[y, x, d].item() * scale
+                for f, grey, u in neighbours:
+                    energy += smooth(abs(d - int(f)), abs(int(left[y, x]) - int(grey)), u, config)
+                if best is None or energy < best:  # strictly less: ties stay with the smaller disparity
+                    best, result[y, x] = energy, d
+    return result
+
+
+def match_plain(left, right, config: MatcherConfig):
+    """:func:`match`, pixel by pixel, straight from the equations: for reading, and to test the fast version against."""
+    height, width = np.shape(left)
+    left, right = (np.asarray(side).astype(int).tolist() for side in (left, right))
+
+    def pixel(picture, x, y):
+        return picture[min(max(y, 0), height - 1)][min(max(x, 0), width - 1)]
+
+    def sub_pixel(picture, x, y, dx, dy):
+        total = pixel(picture, x, y) + pixel(picture, x + dx, y + dy)
+        match config.arithmetic:
+            case Arithmetic.FLOAT:
+                return total * 0.5
+            case Arithmetic.THESIS:
+                return total >> 1
+            case Arithmetic.LINEAR:
+                return total
+
+    def energy(x, y, d):
+        if d > x:
+            return config.cost_outside
+        return sum(
+            abs(sub_pixel(left, x, y, dx, dy) - sub_pixel(right, x - d, y, dx, dy))
+            for dx, dy in ((0, 0), (0, -1), (0, 1), (-1, 0), (1, 0))
+        )
+
+    cost = np.array([[[energy(x, y, d) for d in range(config.disparities)] for x in range(width)] for y in range(height)])
+    local = np.array([[min(range(config.disparities), key=line[x].__getitem__) for x in range(width)] for line in cost])
+    return labelling_plain(cost, local, np.asarray(left), config)

@@ -1,0 +1,53 @@
+"""Smoothness between neighbours, equation (2-13)."""
+
+import numpy as np
+
+from .config import PIXEL_MAX, Arithmetic, MatcherConfig
+
+
+__all__ = ["slope", "smooth"]
+
+
+def slope(difference, weight, config: MatcherConfig):
+    """Smoothness of one pixel of disparity between neighbours whose grey levels differ by ``difference``.
+
+    ``FLOAT``: ``u * (255 - dI)``, in 255ths, exact: see :attr:`MatcherConfig.energy_scale`. ``LINEAR``: ``(2*u*(256 - dI) << q) >> 8``, floor. ``THESIS``: ``u * (256 - dI)``, in 256ths,
+    exact: that arithmetic floors after the product with the disparity difference.
+
+    Parameters
+    ----------
+    difference : integer ndarray
+        Grey levels ``0..255``.
+    weight : int
+        One of ``u1, u2, u3``.
+
+    Examples
+    --------
+    >>> slope(np.array([0, 100, 255]), 15, MatcherConfig(arithmetic="linear")).tolist()
+    [240, 146, 0]
+    """
+    difference = np.asarray(difference)
+    match config.arithmetic:
+        case Arithmetic.FLOAT:
+            return weight * (PIXEL_MAX - difference.astype(np.float64))
+        case Arithmetic.THESIS:
+            return weight * (256 - difference.astype(np.int32))
+        case Arithmetic.LINEAR:
+            return (2 * weight * (256 - difference.astype(np.int32)) << config.fraction_bits) >> 8
+
+
+def smooth(distance, difference, weight, config: MatcherConfig):
+    """Smoothness term ``S``, equation (2-13), of neighbours ``distance`` disparities and ``difference`` grey levels apart.
+
+    Returns
+    -------
+    ndarray
+        In units of the energy: grey levels (``THESIS``), their 255ths (``FLOAT``) or ``2**-(q+1)`` of them (``LINEAR``).
+
+    Examples
+    --------
+    >>> smooth(np.arange(4), 100, 15, MatcherConfig()).tolist()
+    [0, 9, 18, 27]
+    """
+    term = distance * slope(difference, weight, config)
+    return term >> 8 if config.arithmetic is Arithmetic.THESIS else term
