@@ -124,3 +124,8 @@ class MatcherConfig:
     def energy_max(self):
         """Largest energy that the rule compares."""
         return (self.cost_outside << self.energy_shift) + 3 * self.smooth_max
+
+    @property
+    def energy_bits(self) -> int:
+        """Bits of an energy."""
+        return self.energy_max.bit_length()

@@ -6,7 +6,7 @@ from numpy.lib.stride_tricks import sliding_window_view
 from .config import Arithmetic, MatcherConfig
 
 
-__all__ = ["sub_pixels", "cost_energy", "edata", "matching_cost", "local_disparity"]
+__all__ = ["cost_energy", "edata", "local_disparity", "matching_cost", "sub_pixel_buffers", "sub_pixels"]
 
 
 def sub_pixels(picture, config: MatcherConfig):
@@ -42,6 +42,30 @@ def sub_pixels(picture, config: MatcherConfig):
             return tuple(part >> 1 for part in sums)
         case Arithmetic.LINEAR:
             return sums
+
+
+def sub_pixel_buffers(line, labels):
+    """The right picture's parts as every label sees them: ``line(x - d)``; the first pixel where ``x - d`` is outside.
+
+    Parameters
+    ----------
+    line : (W,) ndarray
+        One line of one part of :func:`sub_pixels`.
+    labels : int
+        Number of labels ``D``.
+
+    Returns
+    -------
+    (W, D) ndarray
+        A read-only view.
+
+    Examples
+    --------
+    >>> sub_pixel_buffers(np.array([5, 6, 7]), 2).tolist()
+    [[5, 5], [6, 5], [7, 6]]
+    """
+    # A window on the reversed line is contiguous in d.
+    return sliding_window_view(np.pad(line[::-1], (0, labels - 1), mode="edge"), labels)[::-1]
 
 
 def cost_energy(left, right):
@@ -93,12 +117,10 @@ def matching_cost(left, right, config: MatcherConfig):
     height, width = np.shape(left)
     labels = config.disparities
     left_parts, right_parts = sub_pixels(left, config), sub_pixels(right, config)
-    # right(x - d) is a window on the reversed line: contiguous in d. What lies left of the picture is replaced below.
-    reversed_parts = [np.pad(part[:, ::-1], ((0, 0), (0, labels - 1)), mode="edge") for part in right_parts]
     outside = np.arange(labels) > np.arange(width)[:, None]
     cost = np.empty((height, width, labels), dtype=left_parts[0].dtype)
     for y in range(height):
-        windows = [sliding_window_view(part[y], labels)[::-1] for part in reversed_parts]
+        windows = [sub_pixel_buffers(part[y], labels) for part in right_parts]
         cost[y] = edata(cost_energy([part[y, :, None] for part in left_parts], windows))
         cost[y][outside] = config.cost_outside
     return cost

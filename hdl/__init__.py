@@ -1,0 +1,1 @@
+"""Gateware of the matcher, in Amaranth; every component names its golden function."""

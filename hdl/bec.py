@@ -1,0 +1,71 @@
+"""Basic energy calculation."""
+
+from amaranth import *
+from amaranth.lib import stream, wiring
+from amaranth.lib.wiring import In, Out
+
+from golden.config import MatcherConfig
+
+from .argmin import ComparatorTree
+from .cost import CostEnergy, Edata, SubPixelBuffers, SubPixels
+from .stream import BecWord, ColumnWord, copy_flags
+
+
+__all__ = ["Bec"]
+
+
+class Bec(wiring.Component):
+    """Basic energy calculation (thesis figure 19): matching cost of every label, and the local disparity.
+
+    The golden models are :func:`golden.cost.matching_cost` and :func:`golden.cost.local_disparity`.
+
+    Timing: a pixel each :attr:`clocks_per_pixel` cycles; the costs stay in one register while the comparator tree works on them, so
+    that no delay line of ``D`` costs is needed. A pixel leaves after its right neighbour has come.
+
+    Members
+    -------
+    i : In(stream.Signature(ColumnWord()))
+    o : Out(stream.Signature(BecWord(config)))
+    """
+    def __init__(self, config: MatcherConfig):
+        self.config = config
+        self.tree = ComparatorTree(config.cost_bits, config.disparities)
+        super().__init__({
+            "i": In(stream.Signature(ColumnWord())),
+            "o": Out(stream.Signature(BecWord(config))),
+        })
+
+    @property
+    def latency(self):
+        """Cycles from a pixel's column to its word when the next column follows at once and nothing stalls."""
+        return SubPixels.LATENCY + SubPixelBuffers.LATENCY + CostEnergy.LATENCY + Edata.LATENCY + self.tree.latency
+
+    @property
+    def clocks_per_pixel(self):
+        """Cycles between words when the consumer never stalls."""
+        return self.tree.latency + 1
+
+    def elaborate(self, platform):
+        m = Module()
+        m.submodules.sub_pixels = sub_pixels = SubPixels(self.config)
+        m.submodules.buffers = buffers = SubPixelBuffers(self.config)
+        m.submodules.cost_energy = cost_energy = CostEnergy(self.config)
+        m.submodules.edata = edata = Edata(self.config)
+        m.submodules.comparison = tree = self.tree
+        wiring.connect(m, wiring.flipped(self.i), sub_pixels.i)
+        wiring.connect(m, sub_pixels.o, buffers.i)
+        wiring.connect(m, buffers.o, cost_energy.i)
+        wiring.connect(m, cost_energy.o, edata.i)
+
+        # One bit walks beside the comparison; when it arrives, the tree shows the minimum of the costs that wait at its input.
+        age = Signal(tree.latency)
+        taken = Signal()
+        m.d.comb += [
+            taken.eq(self.o.valid & self.o.ready),
+            tree.i.eq(edata.o.p.cost), tree.enable.eq(1),
+            self.o.valid.eq(edata.o.valid & age[-1]), edata.o.ready.eq(taken),
+            self.o.p.cost.eq(edata.o.p.cost), self.o.p.local.eq(tree.o.index),
+            self.o.p.pixel.eq(edata.o.p.pixel), self.o.p.upper.eq(edata.o.p.upper), *copy_flags(self.o.p, edata.o.p),
+        ]
+        m.d.sync += age.eq(Mux(taken, 0, Cat(edata.o.valid, age)))
+        return m

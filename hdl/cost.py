@@ -1,0 +1,226 @@
+"""Arithmetic of BEC: sub-pixels, their buffers, cost energies and Edata."""
+
+from amaranth import *
+from amaranth.lib import data, stream, wiring
+from amaranth.lib.wiring import In, Out
+
+from golden.config import PIXEL_BITS, Arithmetic, MatcherConfig
+
+from .stream import FLAGS, ColumnWord, copy_flags
+
+
+__all__ = ["BuffersWord", "CostEnergy", "CostWord", "Edata", "EdataWord", "SubPixelBuffers", "SubPixelWord", "SubPixels"]
+
+
+class SubPixelSet(data.StructLayout):
+    """A pixel and the sub-pixels above, below and to its left: grey levels (THESIS) or half grey levels (LINEAR)."""
+    PARTS = ("pixel", "above", "below", "left")
+
+    def __init__(self, config: MatcherConfig):
+        super().__init__({part: range(config.sub_pixel_max + 1) for part in self.PARTS})
+
+
+# What travels beside the arithmetic. `beyond` marks the column one past the line: it completes the pixel before it and is none itself.
+_BESIDE = {"pixel": PIXEL_BITS, "upper": PIXEL_BITS, "beyond": 1, **FLAGS}
+
+
+def _copy_beside(target, source):
+    return [target[name].eq(source[name]) for name in _BESIDE]
+
+
+class SubPixelWord(data.StructLayout):
+    """Sub-pixels of both pictures at one ``x``, beside the left pixel and the one above it in grey levels."""
+    def __init__(self, config: MatcherConfig):
+        super().__init__({"left": SubPixelSet(config), "right": SubPixelSet(config), **_BESIDE})
+
+
+class BuffersWord(data.StructLayout):
+    """Sub-pixels of the left picture at ``x`` and of the right one at ``x - d`` for every ``d``; ``inside``: ``d <= x``."""
+    def __init__(self, config: MatcherConfig):
+        super().__init__({
+            "left": SubPixelSet(config),
+            "right": data.ArrayLayout(SubPixelSet(config), config.disparities),
+            "inside": config.disparities,
+            **_BESIDE,
+        })
+
+
+class CostWord(data.StructLayout):
+    """For every label the four differences that a pixel has of its own, as :class:`SubPixelSet` names them."""
+    def __init__(self, config: MatcherConfig):
+        super().__init__({
+            "cost": data.ArrayLayout(SubPixelSet(config), config.disparities),
+            "inside": config.disparities,
+            **_BESIDE,
+        })
+
+
+class EdataWord(data.StructLayout):
+    """The matching cost of every label."""
+    def __init__(self, config: MatcherConfig):
+        super().__init__({
+            "cost": data.ArrayLayout(config.cost_bits, config.disparities),
+            "pixel": PIXEL_BITS,
+            "upper": PIXEL_BITS,
+            **FLAGS,
+        })
+
+
+class _Stage(wiring.Component):
+    """A pipeline stage: takes a word whenever its own is taken or absent."""
+    def __init__(self, config: MatcherConfig, i, o):
+        self.config = config
+        super().__init__({"i": In(stream.Signature(i)), "o": Out(stream.Signature(o))})
+
+
+class SubPixels(_Stage):
+    """Sub-pixels of a line, equations (2-3) .. (2-6) (thesis figure 20); the golden model is :func:`golden.cost.sub_pixels`.
+
+    The sub-pixel to the right of ``x`` is the one to the left of ``x + 1``. So a line of ``W`` columns gives ``W + 1`` words: the last,
+    marked ``beyond``, repeats the last pixel.
+
+    Width: THESIS halves the sum of two pixels with floor, as the thesis's shift does; LINEAR keeps the sum (9 bits), and doubles the
+    pixel itself. Nothing else is rounded.
+
+    Timing: latency :attr:`LATENCY` cycle; a word a cycle; ``i.ready`` depends combinationally on ``o.ready``.
+
+    Members
+    -------
+    i : In(stream.Signature(ColumnWord()))
+    o : Out(stream.Signature(SubPixelWord(config)))
+    """
+    LATENCY = 1
+
+    def __init__(self, config: MatcherConfig):
+        super().__init__(config, ColumnWord(), SubPixelWord(config))
+
+    def elaborate(self, platform):
+        m = Module()
+        halve = self.config.arithmetic is Arithmetic.THESIS
+        before = Signal(ColumnWord())   # the column at x - 1
+        beyond = Signal()               # the next word is the one past the line
+        start  = Signal(init=1)         # the next column is the first of its line
+        advance = Signal()
+        m.d.comb += [advance.eq(~self.o.valid | self.o.ready), self.i.ready.eq(advance & ~beyond)]
+
+        now = Signal(ColumnWord())
+        m.d.comb += now.eq(Mux(beyond, before, self.i.p))
+        with m.If(advance):
+            m.d.sync += self.o.valid.eq(self.i.valid | beyond)
+            with m.If(self.i.valid | beyond):
+                m.d.sync += [
+                    before.eq(now), beyond.eq(~beyond & now.last), start.eq(beyond),
+                    self.o.p.pixel.eq(now.left.line), self.o.p.upper.eq(now.left.minus), self.o.p.beyond.eq(beyond),
+                    *copy_flags(self.o.p, now),
+                ]
+                for side in ("left", "right"):
+                    column, parts = now[side], self.o.p[side]
+                    beside = Mux(start, column.line, before[side].line)
+                    for part, other in (("pixel", column.line), ("above", column.minus), ("below", column.plus), ("left", beside)):
+                        total = column.line + other
+                        m.d.sync += parts[part].eq(total >> 1 if halve else total)
+        return m
+
+
+class SubPixelBuffers(_Stage):
+    """Buffers that pass the right picture's sub-pixels from disparity to disparity (thesis figure 21).
+
+    What label ``d`` compared at ``x`` label ``d + 1`` compares at ``x + 1``: each sub-pixel is computed once. The golden model is
+    :func:`golden.cost.sub_pixel_buffers`.
+
+    Timing: latency :attr:`LATENCY` cycle; a word a cycle; ``i.ready`` depends combinationally on ``o.ready``.
+
+    Members
+    -------
+    i : In(stream.Signature(SubPixelWord(config)))
+    o : Out(stream.Signature(BuffersWord(config)))
+    """
+    LATENCY = 1
+
+    def __init__(self, config: MatcherConfig):
+        super().__init__(config, SubPixelWord(config), BuffersWord(config))
+
+    def elaborate(self, platform):
+        m = Module()
+        labels = self.config.disparities
+        start = Signal(init=1)
+        m.d.comb += self.i.ready.eq(~self.o.valid | self.o.ready)
+        with m.If(self.i.ready):
+            m.d.sync += self.o.valid.eq(self.i.valid)
+        with m.If(self.i.ready & self.i.valid):
+            m.d.sync += [start.eq(self.i.p.beyond), self.o.p.left.eq(self.i.p.left), *_copy_beside(self.o.p, self.i.p)]
+            m.d.sync += [self.o.p.right[0].eq(self.i.p.right), *(self.o.p.right[d].eq(self.o.p.right[d - 1]) for d in range(1, labels))]
+            m.d.sync += self.o.p.inside.eq(Mux(start, 1, Cat(Const(1, 1), self.o.p.inside)))
+        return m
+
+
+class CostEnergy(_Stage):
+    """Differences of pixel and sub-pixels for every label, equations (2-7) .. (2-11) (thesis figure 22).
+
+    The golden model is :func:`golden.cost.cost_energy`. Width: a difference needs no more bits than what it compares.
+
+    Timing: latency :attr:`LATENCY` cycle; a word a cycle; ``i.ready`` depends combinationally on ``o.ready``.
+
+    Members
+    -------
+    i : In(stream.Signature(BuffersWord(config)))
+    o : Out(stream.Signature(CostWord(config)))
+    """
+    LATENCY = 1
+
+    def __init__(self, config: MatcherConfig):
+        super().__init__(config, BuffersWord(config), CostWord(config))
+
+    def elaborate(self, platform):
+        m = Module()
+        m.d.comb += self.i.ready.eq(~self.o.valid | self.o.ready)
+        with m.If(self.i.ready):
+            m.d.sync += [self.o.valid.eq(self.i.valid), self.o.p.inside.eq(self.i.p.inside), *_copy_beside(self.o.p, self.i.p)]
+            for d in range(self.config.disparities):
+                for part in SubPixelSet.PARTS:
+                    left, right = self.i.p.left[part], self.i.p.right[d][part]
+                    m.d.sync += self.o.p.cost[d][part].eq(Mux(left > right, left - right, right - left))
+        return m
+
+
+class Edata(_Stage):
+    """Matching cost of every label, equation (2-12) (thesis figure 23); the golden model is :func:`golden.cost.edata`.
+
+    Four differences are a pixel's own, the fifth is the ``left`` one of the next word. A label whose right pixel lies outside the
+    picture gets the greatest cost that the width holds (:attr:`golden.config.MatcherConfig.cost_outside`).
+
+    Width: exact; a cost is at most ``config.cost_max``.
+
+    Timing: a pixel leaves one cycle after its successor came, hence :attr:`LATENCY`; a word a cycle; ``i.ready`` depends
+    combinationally on ``o.ready``.
+
+    Members
+    -------
+    i : In(stream.Signature(CostWord(config)))
+    o : Out(stream.Signature(EdataWord(config)))
+    """
+    LATENCY = 2
+
+    def __init__(self, config: MatcherConfig):
+        super().__init__(config, CostWord(config), EdataWord(config))
+
+    def elaborate(self, platform):
+        m = Module()
+        config = self.config
+        own       = Signal(EdataWord(config), reset_less=True)  # a pixel without its fifth difference
+        own_valid = Signal()
+        inside    = Signal(config.disparities, reset_less=True)
+
+        m.d.comb += self.i.ready.eq(~own_valid | ~self.o.valid | self.o.ready)
+        with m.If(self.o.ready):
+            m.d.sync += self.o.valid.eq(0)
+        with m.If(self.i.ready & self.i.valid):
+            m.d.sync += [own_valid.eq(~self.i.p.beyond), inside.eq(self.i.p.inside)]
+            m.d.sync += [own.pixel.eq(self.i.p.pixel), own.upper.eq(self.i.p.upper), *copy_flags(own, self.i.p)]
+            for d, cost in enumerate(self.i.p.cost):
+                m.d.sync += own.cost[d].eq((cost.pixel + cost.above) + (cost.below + cost.left))
+            with m.If(own_valid):
+                m.d.sync += [self.o.valid.eq(1), self.o.p.pixel.eq(own.pixel), self.o.p.upper.eq(own.upper), *copy_flags(self.o.p, own)]
+                for d, cost in enumerate(self.i.p.cost):
+                    m.d.sync += self.o.p.cost[d].eq(Mux(inside[d], own.cost[d] + cost.left, config.cost_outside))
+        return m

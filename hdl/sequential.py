@@ -1,0 +1,238 @@
+"""The sequential engine: graph cut as the thesis sequences it."""
+
+from amaranth import *
+from amaranth.lib import data, stream, wiring
+from amaranth.lib.memory import Memory
+from amaranth.lib.wiring import In, Out
+
+from golden.config import PIXEL_BITS, WEIGHT_BITS, MatcherConfig
+
+from .argmin import ComparatorTree
+from .lines import EdataMemory
+from .smooth import Smooth
+from .stream import FLAGS, BecWord, DisparityWord, copy_flags
+
+
+__all__ = ["CostSummation", "SequentialEngine"]
+
+
+class CostSummation(wiring.Component):
+    """Energy of every label: its matching cost plus three smoothness terms (thesis figure 30); golden: :func:`golden.labelling.cost_summation`.
+
+    Smooth2 and Smooth3 are known long before Smooth1, which waits for the disparity of the pixel before: they are added first.
+
+    Width: exact; an energy is at most ``config.energy_max``.
+
+    Timing: ``energy`` holds the terms of smooth1 of one cycle ago, the others of two; one set a cycle.
+
+    Members
+    -------
+    cost : In(ArrayLayout(cost_bits, D))
+    smooth1, smooth2, smooth3 : In(ArrayLayout(range(smooth_max + 1), D))
+    energy : Out(ArrayLayout(energy_bits, D))
+    """
+    LATENCY = 1
+    EARLY_LATENCY = 2
+
+    def __init__(self, config: MatcherConfig):
+        self.config = config
+        labels = config.disparities
+        term = data.ArrayLayout(range(config.smooth_max + 1), labels)
+        super().__init__({
+            "cost": In(data.ArrayLayout(config.cost_bits, labels)),
+            "smooth1": In(term),
+            "smooth2": In(term),
+            "smooth3": In(term),
+            "energy": Out(data.ArrayLayout(config.energy_bits, labels)),
+        })
+
+    def elaborate(self, platform):
+        m = Module()
+        early = Signal(self.energy.shape(), reset_less=True)
+        for d in range(self.config.disparities):
+            m.d.sync += [
+                early[d].eq((self.cost[d] << self.config.energy_shift) + (self.smooth2[d] + self.smooth3[d])),
+                self.energy[d].eq(early[d] + self.smooth1[d]),
+            ]
+        return m
+
+
+class SequentialEngine(wiring.Component):
+    """Graph cut implementation block (thesis figures 25, 26): disparities by rule (2-15), all labels of a pixel at once.
+
+    The golden model is :func:`golden.labelling.labelling`. As BEC finishes pixel ``(x, y+1)``, the pixel above it has all that the rule
+    asks for: its costs from the Edata memory, the disparity above it from a line memory, ``b(x, y+1)`` from BEC, and the disparity to
+    its left from the pixel before. The last line follows when BEC has finished; it has no lower neighbour.
+
+    The main controller is two small machines. The *feeder* fetches a pixel and starts Smooth2 and Smooth3 while the *loop* still works
+    on the pixel before. The loop, ``f(x-1) -> Smooth1 -> summation -> comparison -> f(x)``, sets the rate.
+
+    Timing: a pixel each :attr:`clocks_per_pixel` cycles; at a line's start the feeder waits for the loop to finish (a line of one pixel
+    reads the disparity above it from the pixel before). A new frame waits for the frame before it; filling THESIS's look-up tables
+    overlaps its first line.
+
+    Memory: ``max_width`` words of ``D * cost_bits + 16`` bits, ``max_width`` disparities, three look-up tables.
+
+    Members
+    -------
+    i : In(stream.Signature(BecWord(config)))
+    o : Out(stream.Signature(DisparityWord(config)))
+    u1, u2, u3 : In(WEIGHT_BITS)
+        Weights; sampled with the first word of a frame.
+    """
+    def __init__(self, config: MatcherConfig):
+        self.config = config
+        self.tree = ComparatorTree(config.energy_bits, config.disparities)
+        super().__init__({
+            "i": In(stream.Signature(BecWord(config))),
+            "o": Out(stream.Signature(DisparityWord(config))),
+            "u1": In(WEIGHT_BITS),
+            "u2": In(WEIGHT_BITS),
+            "u3": In(WEIGHT_BITS),
+        })
+
+    @property
+    def clocks_per_pixel(self):
+        """Cycles of the loop."""
+        return Smooth.LATENCY + CostSummation.LATENCY + self.tree.latency
+
+    def elaborate(self, platform):
+        m = Module()
+        config = self.config
+        x_shape = range(config.max_width)
+
+        edata_word = data.StructLayout({
+            "cost": data.ArrayLayout(config.cost_bits, config.disparities), "pixel": PIXEL_BITS, "upper": PIXEL_BITS,
+        })
+        m.submodules.edata_memory = edata_memory = EdataMemory(edata_word, config.max_width)
+        m.submodules.result_memory = result_memory = Memory(shape=range(config.disparities), depth=config.max_width, init=[])
+        result_read = result_memory.read_port()
+        result_write = result_memory.write_port()
+        m.submodules.smooth1 = smooth1 = Smooth(config)
+        m.submodules.smooth2 = smooth2 = Smooth(config)
+        m.submodules.smooth3 = smooth3 = Smooth(config)
+        m.submodules.summation = summation = CostSummation(config)
+        m.submodules.comparison = tree = self.tree
+
+        # Feeder: fetches pixel (x, y) with `take`. What it fetched stands from the next cycle on until the next `take`.
+        take    = Signal()
+        x       = Signal(x_shape)
+        width   = Signal(x_shape)   # less one
+        row_one = Signal()          # the line in BEC is line 1: the one it lets out has none above it
+        fed       = Signal()        # a pixel is fetched and its loop has not begun
+        fed_x     = Signal(x_shape, reset_less=True)
+        fed_flags = Signal(data.StructLayout(FLAGS), reset_less=True)
+        fed_local = Signal(range(config.disparities), reset_less=True)
+        fed_plus  = Signal(PIXEL_BITS, reset_less=True)
+        has_left  = Signal(reset_less=True)
+        has_upper = Signal(reset_less=True)
+        has_lower = Signal(reset_less=True)
+        before    = Signal(PIXEL_BITS, reset_less=True)
+
+        # Loop: `start` when the fetched pixel's early terms will be there in time, then one cycle for each phase.
+        start = Signal()
+        busy  = Signal()
+        phase = Signal(range(self.clocks_per_pixel))
+        done  = Signal()            # the disparity stands at the tree's output since this cycle
+        at_x  = Signal(x_shape, reset_less=True)
+        idle  = Signal()
+        m.d.comb += idle.eq(~busy & ~done & ~fed)
+
+        filled = Signal()
+        fill   = Signal()
+        m.d.comb += filled.eq(smooth1.filled & smooth2.filled & smooth3.filled)
+        weights = []
+        for name, smooth in (("u1", smooth1), ("u2", smooth2), ("u3", smooth3)):
+            weight = Signal(WEIGHT_BITS, name=f"{name}_of_frame", reset_less=True)
+            weights.append(weight.eq(getattr(self, name)))
+            # A look-up table takes its weight with `fill`, the cycle that samples it.
+            m.d.comb += [smooth.weight.eq(Mux(fill, getattr(self, name), weight)), smooth.fill.eq(fill)]
+
+        m.d.comb += [
+            edata_memory.column.eq(x),
+            edata_memory.i.cost.eq(self.i.p.cost), edata_memory.i.pixel.eq(self.i.p.pixel), edata_memory.i.upper.eq(self.i.p.upper),
+            result_read.addr.eq(x), result_read.en.eq(take),
+        ]
+        can_take = Signal()
+        m.d.comb += can_take.eq(Mux(x == 0, idle, ~fed))
+        flush = Signal()
+
+        with m.FSM():
+            with m.State("first line"):  # nothing to compute yet: fill the Edata memory
+                with m.If(self.i.valid & (~self.i.p.first | idle)):
+                    m.d.comb += [self.i.ready.eq(1), edata_memory.exchange.eq(1), edata_memory.write.eq(1)]
+                    m.d.sync += x.eq(x + 1)
+                    with m.If(self.i.p.first):
+                        m.d.comb += fill.eq(1)
+                        m.d.sync += weights
+                    with m.If(self.i.p.last):
+                        m.d.sync += [x.eq(0), width.eq(x), row_one.eq(1)]
+                        m.next = "lines"
+                    with m.If(self.i.p.end):
+                        m.next = "last line"
+
+            with m.State("lines"):
+                with m.If(self.i.valid & can_take):
+                    m.d.comb += [self.i.ready.eq(1), edata_memory.exchange.eq(1), edata_memory.write.eq(1), take.eq(1)]
+                    m.d.sync += x.eq(x + 1)
+                    with m.If(self.i.p.last):
+                        m.d.sync += [x.eq(0), row_one.eq(0)]
+                    with m.If(self.i.p.end):
+                        m.next = "last line"
+
+            with m.State("last line"):
+                m.d.comb += flush.eq(1)
+                with m.If(can_take):
+                    m.d.comb += [edata_memory.exchange.eq(1), take.eq(1)]
+                    m.d.sync += x.eq(x + 1)
+                    with m.If(x == width):
+                        m.d.sync += x.eq(0)
+                        m.next = "first line"
+
+        # Early terms start right after `take`; `lead` cycles later they will meet those of the loop if it starts then.
+        lead = Smooth.PIXEL_LATENCY + CostSummation.EARLY_LATENCY - Smooth.LATENCY - CostSummation.LATENCY
+        age = Signal(lead)
+        early_read = Signal()
+        m.d.sync += [early_read.eq(take), age.eq(Mux(take, 0, Cat(fed, age)))]
+        with m.If(take):
+            m.d.sync += [
+                fed.eq(1), fed_x.eq(x), fed_local.eq(self.i.p.local), fed_plus.eq(self.i.p.pixel), before.eq(edata_memory.o.pixel),
+                has_left.eq(x != 0), has_upper.eq(~row_one), has_lower.eq(~flush),
+                fed_flags.first.eq(row_one & (x == 0)), fed_flags.last.eq(x == width), fed_flags.end.eq(flush & (x == width)),
+            ]
+        with m.Elif(start):
+            m.d.sync += fed.eq(0)
+
+        pixel = edata_memory.o.pixel
+        m.d.comb += [
+            smooth1.label.eq(tree.o.index), smooth1.read.eq(start),
+            smooth1.pixel.eq(pixel), smooth1.neighbour.eq(before), smooth1.present.eq(has_left),
+            smooth2.label.eq(result_read.data), smooth2.read.eq(early_read),
+            smooth2.pixel.eq(pixel), smooth2.neighbour.eq(edata_memory.o.upper), smooth2.present.eq(has_upper),
+            smooth3.label.eq(fed_local), smooth3.read.eq(early_read),
+            smooth3.pixel.eq(pixel), smooth3.neighbour.eq(fed_plus), smooth3.present.eq(has_lower),
+            summation.cost.eq(edata_memory.o.cost),
+            summation.smooth1.eq(smooth1.energy), summation.smooth2.eq(smooth2.energy), summation.smooth3.eq(smooth3.energy),
+            tree.i.eq(summation.energy),
+        ]
+
+        # Loop. `phase` counts cycles since `start`. The disparity stays at the tree's output, and with it the word at `o`, until the
+        # next one replaces it; so a pixel starts only when the word of the one before is taken.
+        last_phase = Signal()
+        m.d.comb += [
+            start.eq(fed & age[-1] & filled & ~busy & (~self.o.valid | self.o.ready)),
+            last_phase.eq(busy & (phase == self.clocks_per_pixel - 1)),
+            tree.enable.eq(busy & (phase >= Smooth.LATENCY + CostSummation.LATENCY)),
+            self.o.p.disparity.eq(tree.o.index),
+            result_write.addr.eq(at_x), result_write.data.eq(tree.o.index), result_write.en.eq(done),
+        ]
+        m.d.sync += [done.eq(last_phase), phase.eq(phase + 1)]
+        with m.If(start):
+            m.d.sync += [busy.eq(1), phase.eq(1), at_x.eq(fed_x), *copy_flags(self.o.p, fed_flags)]
+        with m.Elif(last_phase):
+            m.d.sync += busy.eq(0)
+        with m.If(last_phase):
+            m.d.sync += self.o.valid.eq(1)
+        with m.Elif(self.o.ready):
+            m.d.sync += self.o.valid.eq(0)
+        return m
