@@ -7,7 +7,7 @@ from .cost import local_disparity, matching_cost
 from .smooth import slope, smooth
 
 
-__all__ = ["labelling", "labelling_plain", "match", "match_plain", "slopes"]
+__all__ = ["cost_summation", "labelling", "labelling_plain", "match", "match_plain", "slopes"]
 
 
 def slopes(left, config: MatcherConfig):
@@ -87,6 +87,22 @@ def labelling(cost, local, left, config: MatcherConfig):
             energy += term
         result[own] = np.argmin(energy, axis=1)
     return result.reshape(height + 1, stride)[1:, 1:].copy()
+
+
+def cost_summation(cost, s1, s2, s3, config: MatcherConfig):  # type: ignore[no-untyped-def]
+    """The energy that rule (2-15) compares: matching cost and three smoothness terms.
+
+    Parameters
+    ----------
+    cost, s1, s2, s3 : (..., D) ndarray
+        Of :func:`golden.cost.matching_cost` and :func:`golden.smooth.smooth`.
+
+    Returns
+    -------
+    (..., D) ndarray
+        In units of the energy, at most ``config.energy_max``.
+    """
+    return np.asarray(cost, dtype=np.result_type(cost, np.int32)) * config.energy_scale + s1 + s2 + s3
 
 
 def match(left, right, config: MatcherConfig):

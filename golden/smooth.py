@@ -11,8 +11,9 @@ __all__ = ["slope", "smooth"]
 def slope(difference, weight, config: MatcherConfig):
     """Smoothness of one pixel of disparity between neighbours whose grey levels differ by ``difference``.
 
-    ``FLOAT``: ``u * (255 - dI)``, in 255ths, exact: see :attr:`MatcherConfig.energy_scale`. ``LINEAR``: ``(2*u*(256 - dI) << q) >> 8``, floor. ``THESIS``: ``u * (256 - dI)``, in 256ths,
-    exact: that arithmetic floors after the product with the disparity difference.
+    ``FLOAT``: ``u * (255 - dI)``, in 255ths, exact: see :attr:`MatcherConfig.energy_scale`.
+    ``LINEAR``: ``(2*u*(256 - dI) << q) >> 8``, floor.
+    ``THESIS``: ``u * (256 - dI)``, in 256ths, exact: that arithmetic floors after the product with the disparity difference.
 
     Parameters
     ----------

@@ -1,13 +1,13 @@
 """Readable, portable Verilog-2001 from a component."""
 
-import os
 import re
 import subprocess
 import sys
-import tempfile
 from pathlib import Path
 
 from amaranth.back import rtlil
+
+from golden.files import atomic
 
 
 __all__ = ["verilog_text", "write_verilog"]
@@ -30,10 +30,15 @@ def _yosys(script):
 
 
 def _plain_names(text):
-    """Names without escapes: ``\\matcher.bec `` becomes ``matcher_bec``. Two names of a module that would meet are an error."""
+    """Names without escapes: ``\\matcher.bec `` becomes ``matcher_bec``, the keyword ``\\table `` becomes ``table_``.
+
+    Two names of a module that would meet are an error.
+    """
     modules = re.split(r"(?m)^(?=module )", text)
     for index, module in enumerate(modules):
-        plain = {name: re.sub(r"\W", "_", name) for name in set(re.findall(r"\\(\S+) ", module))}
+        # Yosys escapes what is no plain identifier: odd characters, or a keyword of Verilog or SystemVerilog.
+        plain = {name: f"{name}_" if re.fullmatch(r"\w+", name) else re.sub(r"\W", "_", name)
+                 for name in set(re.findall(r"\\(\S+) ", module))}
         taken = set(re.findall(r"(?<!\\)\b[A-Za-z_]\w*\b", re.sub(r"\\\S+ ", " ", module)))
         for name, new in plain.items():
             if new in taken:
@@ -54,11 +59,10 @@ def verilog_text(component, *, name):
 
 
 def write_verilog(component, path, *, name):
-    """Write :func:`verilog_text` to ``path``, all or nothing; return the path."""
+    """Write :func:`verilog_text` to ``path``, whole or not at all; return the path."""
     path = Path(path)
     text = verilog_text(component, name=name)
     path.parent.mkdir(parents=True, exist_ok=True)
-    with tempfile.NamedTemporaryFile("w", dir=path.parent, delete=False) as temporary:
-        temporary.write(text)
-    os.replace(temporary.name, path)
+    with atomic(path) as file:
+        file.write(text.encode())
     return path

@@ -21,16 +21,18 @@ class Matcher(wiring.Component):
     The picture's size is learned from the flags of its pixels; any height, any width up to ``max_width``, a new one each frame. The last
     lines of a frame leave without waiting for the next frame. What a ragged frame does is told at :class:`hdl.lines.LineStore`.
 
-    Timing: a pixel each :attr:`clocks_per_pixel` cycles. A disparity leaves two lines after its pixel came, less than
-    :attr:`latency_clocks` cycles later.
+    Timing: a pixel each :attr:`clocks_per_pixel` cycles. A disparity leaves two lines and at most :attr:`latency_clocks` cycles after its
+    pixel came, if pixels are offered and disparities taken without a pause.
 
     Members
     -------
     i : In(stream.Signature(PixelPair()))
     o : Out(stream.Signature(DisparityWord(config)))
-    u1, u2, u3 : In(WEIGHT_BITS), initially those of ``config``
-        Weights of the left, upper and lower neighbour, grey levels a pixel. Sampled as a frame's first pixel reaches the engine: hold them
-        from the frame's first pixel to its first disparity.
+    u1, u2, u3 : In(WEIGHT_BITS)
+        Weights of the left, upper and lower neighbour, grey levels a pixel.
+    set_weights : In(1)
+        Takes ``u1, u2, u3``; until its first pulse those of ``config`` are in force. A change takes effect when the first pixel of a
+        frame reaches the engine, one line and fewer than 400 cycles after it came; the frames before it are not touched.
     error : Out(1)
         A ragged frame came; stays up until ``clear``.
     clear : In(1)
@@ -43,9 +45,10 @@ class Matcher(wiring.Component):
         super().__init__({
             "i": In(stream.Signature(PixelPair())),
             "o": Out(stream.Signature(DisparityWord(config))),
-            "u1": In(WEIGHT_BITS, init=config.u1),
-            "u2": In(WEIGHT_BITS, init=config.u2),
-            "u3": In(WEIGHT_BITS, init=config.u3),
+            "u1": In(WEIGHT_BITS),
+            "u2": In(WEIGHT_BITS),
+            "u3": In(WEIGHT_BITS),
+            "set_weights": In(1),
             "error": Out(1),
             "clear": In(1),
         })
@@ -54,6 +57,16 @@ class Matcher(wiring.Component):
     def clocks_per_pixel(self):
         """Cycles a pixel inside a line."""
         return self.engine.clocks_per_pixel
+
+    @property
+    def latency_clocks(self):
+        """Bound of a disparity's latency beyond two lines of ``clocks_per_pixel`` a pixel, in cycles.
+
+        What waits in the Plus Line FIFO and in BEC's five stages goes at the pace of the loop; each of three line starts costs BEC's
+        and the feeder's pipelines once more, and a frame's first line waits for the look-up tables.
+        """
+        waiting = (LineStore.PLUS_DEPTH + 8) * self.clocks_per_pixel
+        return waiting + 3 * (self.bec.latency + 2 * self.clocks_per_pixel)
 
     def elaborate(self, platform):
         m = Module()
@@ -64,7 +77,12 @@ class Matcher(wiring.Component):
         wiring.connect(m, self.line_store.o, self.bec.i)
         wiring.connect(m, self.bec.o, self.engine.i)
         wiring.connect(m, self.engine.o, wiring.flipped(self.o))
-        m.d.comb += [self.engine.u1.eq(self.u1), self.engine.u2.eq(self.u2), self.engine.u3.eq(self.u3)]
+
+        for name, default in zip(("u1", "u2", "u3"), self.config.weights, strict=True):
+            weight = Signal(WEIGHT_BITS, name=f"{name}_set", init=default)
+            with m.If(self.set_weights):
+                m.d.sync += weight.eq(getattr(self, name))
+            m.d.comb += getattr(self.engine, name).eq(weight)
 
         with m.If(self.line_store.error):
             m.d.sync += self.error.eq(1)

@@ -23,12 +23,12 @@ class CostSummation(wiring.Component):
 
     Width: exact; an energy is at most ``config.energy_max``.
 
-    Timing: ``energy`` holds the terms of smooth1 of one cycle ago, the others of two; one set a cycle.
+    Timing: ``energy`` holds the terms ``s1`` of one cycle ago, the others of two; one set a cycle.
 
     Members
     -------
     cost : In(ArrayLayout(cost_bits, D))
-    smooth1, smooth2, smooth3 : In(ArrayLayout(range(smooth_max + 1), D))
+    s1, s2, s3 : In(ArrayLayout(range(smooth_max + 1), D))
     energy : Out(ArrayLayout(energy_bits, D))
     """
     LATENCY = 1
@@ -40,9 +40,9 @@ class CostSummation(wiring.Component):
         term = data.ArrayLayout(range(config.smooth_max + 1), labels)
         super().__init__({
             "cost": In(data.ArrayLayout(config.cost_bits, labels)),
-            "smooth1": In(term),
-            "smooth2": In(term),
-            "smooth3": In(term),
+            "s1": In(term),
+            "s2": In(term),
+            "s3": In(term),
             "energy": Out(data.ArrayLayout(config.energy_bits, labels)),
         })
 
@@ -51,8 +51,8 @@ class CostSummation(wiring.Component):
         early = Signal(self.energy.shape(), reset_less=True)
         for d in range(self.config.disparities):
             m.d.sync += [
-                early[d].eq((self.cost[d] << self.config.energy_shift) + (self.smooth2[d] + self.smooth3[d])),
-                self.energy[d].eq(early[d] + self.smooth1[d]),
+                early[d].eq((self.cost[d] << self.config.energy_shift) + (self.s2[d] + self.s3[d])),
+                self.energy[d].eq(early[d] + self.s1[d]),
             ]
         return m
 
@@ -212,7 +212,7 @@ class SequentialEngine(wiring.Component):
             smooth3.label.eq(fed_local), smooth3.read.eq(early_read),
             smooth3.pixel.eq(pixel), smooth3.neighbour.eq(fed_plus), smooth3.present.eq(has_lower),
             summation.cost.eq(edata_memory.o.cost),
-            summation.smooth1.eq(smooth1.energy), summation.smooth2.eq(smooth2.energy), summation.smooth3.eq(smooth3.energy),
+            summation.s1.eq(smooth1.energy), summation.s2.eq(smooth2.energy), summation.s3.eq(smooth3.energy),
             tree.i.eq(summation.energy),
         ]
 

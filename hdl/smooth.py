@@ -140,7 +140,7 @@ class Smooth(wiring.Component):
     def elaborate(self, platform):
         m = Module()
         config = self.config
-        m.submodules.table = table = self.table
+        m.submodules.look_up_table = table = self.table
         m.d.comb += [
             table.label.eq(self.label), table.read.eq(self.read),
             table.weight.eq(self.weight), table.fill.eq(self.fill), self.filled.eq(table.filled),

@@ -1,0 +1,1 @@
+"""Pins and quirks of boards, nothing else."""

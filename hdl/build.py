@@ -1,0 +1,128 @@
+"""Write Verilog and a Quartus project: ``python -m hdl.build``."""
+
+import json
+import os
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+from amaranth.hdl import Value
+from amaranth.lib.wiring import Flow
+from rich.console import Console
+
+from boards import cyclone3
+from golden.cli import Parser, add_matcher_options, matcher_config
+from golden.config import Arithmetic, MatcherConfig
+from golden.errors import UserError, run_cli
+from golden.files import atomic, check_output
+
+from .emit import verilog_text
+from .matcher import Matcher
+from .system import MatcherSystem
+
+
+__all__ = ["main"]
+
+
+BOARDS = {"cyclone3": cyclone3}
+FRAMES_PER_SECOND = 25  # PAL
+HEIGHTS = range(1, 4097)
+
+
+def ports_of(component):
+    """Ports of the emitted module: name to (direction, width in bits)."""
+    ports = {"clk": ("input", 1), "rst": ("input", 1)} if "clk" not in component.signature.members else {}
+    for path, member, value in component.signature.flatten(component):
+        ports["__".join(map(str, path))] = ("input" if member.flow is Flow.In else "output", len(Value.cast(value)))
+    return ports
+
+
+def manifest_of(name, matcher, ports, height, arguments):
+    """What a machine wants to know of the build."""
+    config = matcher.config
+    clocks = matcher.clocks_per_pixel
+    # Two lines of the store and of the engine leave after the frame; every line starts with a few cycles of its own.
+    line_clocks = (config.max_width + 2) * clocks
+    return {
+        "top": name,
+        "engine": "sequential",
+        "parameters": {
+            "disparities": config.disparities, "arithmetic": str(config.arithmetic), "fraction_bits": config.fraction_bits,
+            "u1": config.u1, "u2": config.u2, "u3": config.u3, "max_width": config.max_width, "height": height,
+        },
+        "clocks_per_pixel": clocks,
+        "latency_clocks": 2 * config.max_width * clocks + matcher.latency_clocks,
+        "clock_mhz_for_25_frames": round(FRAMES_PER_SECOND * (height + 2) * line_clocks / 1e6, 2),
+        "ports": {port: {"direction": direction, "width": width} for port, (direction, width) in ports.items()},
+        **arguments,
+    }
+
+
+def _check_folder(folder: Path) -> None:
+    """Raise :class:`UserError` unless files can be written into ``folder``, which may not exist yet."""
+    existing = folder
+    while not existing.exists() and existing != existing.parent:
+        existing = existing.parent
+    if not existing.is_dir():
+        raise UserError(f"{existing} is not a folder; choose another --output")
+    if not os.access(existing, os.W_OK):
+        raise UserError(f"the folder {existing} cannot be written; choose another --output")
+    check_output(existing / "manifest.json", [".json"])
+
+
+def _run(argv: Sequence[str] | None) -> int:
+    parser = Parser(prog="python -m hdl.build", description=__doc__)
+    what = parser.add_mutually_exclusive_group(required=True)
+    what.add_argument("--board", metavar="|".join(BOARDS), help="a Quartus project for this board")
+    what.add_argument("--core", action="store_true", help="the bare matcher with its streams, for a design of your own")
+    parser.add_argument("--width", type=int, default=720, metavar="PIXELS", help="longest line, 1 to 4096 (default: %(default)s)")
+    parser.add_argument("--height", type=int, default=576, metavar="LINES",
+                        help="lines of a frame, 1 to 4096, for the clock rate in the manifest: the matcher takes any (default: %(default)s)")
+    parser.add_argument("--disparities", type=int, default=80, metavar="D", help="labels, 2 to 128 (default: %(default)s)")
+    parser.add_argument("--output", type=Path, metavar="DIR", help="default: build/cyclone3 or build/core")
+    add_matcher_options(parser)
+    options = parser.parse_args(argv)
+
+    if options.board is not None and options.board not in BOARDS:
+        raise UserError(f"there is no board {options.board!r}; choose one of: {', '.join(BOARDS)}")
+    if options.arithmetic is Arithmetic.FLOAT:
+        raise UserError("the arithmetic float exists in the golden model only; choose --arithmetic thesis or linear")
+    for option, value, limits in (("--width", options.width, MatcherConfig.WIDTHS), ("--height", options.height, HEIGHTS)):
+        if value not in limits:
+            raise UserError(f"{option} must be a whole number from {limits[0]} to {limits[-1]}, not {value}; choose a value in that range")
+    config = matcher_config(options, options.disparities, max_width=options.width)
+    name = "stereo" if options.board else "matcher"
+    folder = options.output or Path("build") / (options.board or "core")
+    _check_folder(folder)
+
+    with Console(stderr=True).status("writing Verilog"):
+        component = MatcherSystem(config) if options.board else Matcher(config)
+        matcher = component.matcher if options.board else component
+        ports = ports_of(component)
+        files = {f"{name}.v": verilog_text(component, name=name)}
+    if options.board:
+        board = BOARDS[options.board]
+        files |= board.quartus_project(name, [f"{name}.v"], {port: width for port, (_, width) in ports.items()})
+        target = {"board": options.board, "device": board.DEVICE, "clock_mhz": board.CLOCK_MHZ}
+    else:
+        target = {}
+    manifest = manifest_of(name, matcher, ports, options.height, target | {"files": sorted(files)})
+    files["manifest.json"] = json.dumps(manifest, indent=2) + "\n"
+
+    folder.mkdir(parents=True, exist_ok=True)
+    for file_name, text in files.items():
+        with atomic(folder / file_name) as file:
+            file.write(text.encode())
+    print(f"{folder}: {', '.join(sorted(files))}")
+    print(f"{manifest['clocks_per_pixel']} clocks a pixel; {options.width}x{options.height} at {FRAMES_PER_SECOND} frames/s "
+          f"needs {manifest['clock_mhz_for_25_frames']} MHz")
+    return 0
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Entry point; the exit status."""
+    return run_cli(_run, argv, "hdl.build")
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,82 @@
+"""What goes on a board: until the camera system stands, the matcher behind frame timing signals."""
+
+from amaranth import *
+from amaranth.lib import wiring
+from amaranth.lib.cdc import FFSynchronizer
+from amaranth.lib.wiring import In, Out
+
+from golden.config import PIXEL_BITS, WEIGHT_BITS, MatcherConfig
+
+from .matcher import Matcher
+from .timing import FrameTiming
+
+
+__all__ = ["MatcherSystem"]
+
+
+class MatcherSystem(wiring.Component):
+    """The matcher between frame timing signals and a stream of disparities, with a board's clock and reset button.
+
+    Golden: :func:`golden.labelling.match`.
+
+    Members
+    -------
+    clk : In(1)
+        Everything is in this clock's domain.
+    reset_n : In(1)
+        Asynchronous, low active; synchronised here.
+    frame_valid, line_valid, pixel_valid, left, right, dropped
+        As of :class:`hdl.timing.FrameTiming`.
+    disparity : Out(range(D)), disparity_valid : Out(1), disparity_ready : In(1)
+        The outgoing stream, in pixels, with ``disparity_first``, ``disparity_last``, ``disparity_end`` : Out(1).
+    u1, u2, u3, set_weights, error, clear
+        As of :class:`hdl.matcher.Matcher`.
+    """
+    def __init__(self, config: MatcherConfig):
+        self.config = config
+        self.timing = FrameTiming()
+        self.matcher = Matcher(config)
+        super().__init__({
+            "clk": In(1),
+            "reset_n": In(1),
+            "frame_valid": In(1),
+            "line_valid": In(1),
+            "pixel_valid": In(1),
+            "left": In(PIXEL_BITS),
+            "right": In(PIXEL_BITS),
+            "u1": In(WEIGHT_BITS),
+            "u2": In(WEIGHT_BITS),
+            "u3": In(WEIGHT_BITS),
+            "set_weights": In(1),
+            "clear": In(1),
+            "disparity": Out(range(config.disparities)),
+            "disparity_first": Out(1),
+            "disparity_last": Out(1),
+            "disparity_end": Out(1),
+            "disparity_valid": Out(1),
+            "disparity_ready": In(1),
+            "dropped": Out(16),
+            "error": Out(1),
+        })
+
+    def elaborate(self, platform):
+        m = Module()
+        m.domains.sync = sync = ClockDomain(local=True)
+        m.domains.por = ClockDomain(reset_less=True, local=True)
+        reset_n = Signal()
+        m.submodules.reset_synchronizer = FFSynchronizer(self.reset_n, reset_n, o_domain="por")
+        m.d.comb += [sync.clk.eq(self.clk), ClockSignal("por").eq(self.clk), sync.rst.eq(~reset_n)]
+
+        m.submodules.timing = timing = self.timing
+        m.submodules.matcher = matcher = self.matcher
+        wiring.connect(m, timing.o, matcher.i)
+        m.d.comb += [getattr(timing, name).eq(getattr(self, name))
+                     for name in ("frame_valid", "line_valid", "pixel_valid", "left", "right")]
+        m.d.comb += [getattr(matcher, name).eq(getattr(self, name)) for name in ("u1", "u2", "u3", "set_weights", "clear")]
+        m.d.comb += [
+            self.disparity.eq(matcher.o.p.disparity), self.disparity_first.eq(matcher.o.p.first),
+            self.disparity_last.eq(matcher.o.p.last), self.disparity_end.eq(matcher.o.p.end),
+            self.disparity_valid.eq(matcher.o.valid), matcher.o.ready.eq(self.disparity_ready),
+            self.dropped.eq(timing.dropped), self.error.eq(matcher.error),
+        ]
+        return m

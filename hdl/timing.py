@@ -1,0 +1,99 @@
+"""Adapter from frame timing signals to a stream of pixels."""
+
+from amaranth import *
+from amaranth.lib import stream, wiring
+from amaranth.lib.fifo import SyncFIFOBuffered
+from amaranth.lib.wiring import In, Out
+
+from golden.config import PIXEL_BITS
+
+from .stream import PixelPair
+
+
+__all__ = ["FrameTiming"]
+
+
+class FrameTiming(wiring.Component):
+    """Pixels under frame valid, line valid and pixel valid (thesis figure 18) as a stream.
+
+    A pixel is one cycle with all three signals high. Line valid falls between lines, frame valid between frames. Whether a pixel is the
+    last of its line or of its frame shows only afterwards, so each pixel waits for what follows it: the next pixel, or frame valid
+    falling. Golden: the picture itself.
+
+    A camera cannot wait. A frame that begins while the FIFO still holds pixels, or that fills it, is given up: dropped whole, or from
+    that pixel on, and counted. What was sent of it is then a ragged frame to the matcher, which recovers at the next one.
+
+    Timing: latency 3 cycles after the pixel that follows.
+
+    Memory: ``depth * 19`` bits.
+
+    Parameters
+    ----------
+    depth : int
+        Pixels that the FIFO holds: what a line may be ahead of the matcher.
+
+    Members
+    -------
+    frame_valid, line_valid, pixel_valid : In(1)
+    left, right : In(8)
+        Grey levels.
+    o : Out(stream.Signature(PixelPair()))
+    dropped : Out(16)
+        Frames given up; stays at its greatest value.
+    """
+    def __init__(self, depth=1024):
+        if depth < 4:
+            raise ValueError(f"the FIFO of the frame timing adapter must hold at least 4 pixels, not {depth!r}")
+        self.depth = depth
+        super().__init__({
+            "frame_valid": In(1),
+            "line_valid": In(1),
+            "pixel_valid": In(1),
+            "left": In(PIXEL_BITS),
+            "right": In(PIXEL_BITS),
+            "o": Out(stream.Signature(PixelPair())),
+            "dropped": Out(16),
+        })
+
+    def elaborate(self, platform):
+        m = Module()
+        m.submodules.fifo = fifo = SyncFIFOBuffered(width=PixelPair().size, depth=self.depth)
+        m.d.comb += [self.o.payload.eq(fifo.r_data), self.o.valid.eq(fifo.r_rdy), fifo.r_en.eq(self.o.ready)]
+
+        pixel = Signal()
+        m.d.comb += pixel.eq(self.frame_valid & self.line_valid & self.pixel_valid)
+
+        waiting  = Signal()                 # a pixel waits for what follows it
+        held     = Signal(PixelPair(), reset_less=True)
+        start    = Signal(init=1)           # the next pixel is the first of its frame
+        given_up = Signal(init=1)           # the rest of this frame is not sent; after reset, what is left of one
+        push     = Signal()
+        word     = Signal(PixelPair())
+        m.d.comb += [
+            push.eq(waiting & (pixel | ~self.frame_valid)),
+            word.eq(held), fifo.w_data.eq(word), fifo.w_en.eq(push),
+        ]
+        # A line that ends in this cycle ends no later than the frame.
+        with m.If(~self.frame_valid):
+            m.d.comb += [word.last.eq(1), word.end.eq(1)]
+            m.d.sync += [start.eq(1), given_up.eq(0), waiting.eq(0)]
+        with m.If(waiting & ~self.line_valid):
+            m.d.sync += held.last.eq(1)
+
+        give_up = Signal()
+        with m.If(pixel):
+            m.d.sync += start.eq(0)
+            with m.If(start & (fifo.level != 0)):
+                m.d.comb += give_up.eq(1)
+            with m.Elif(~given_up):
+                m.d.sync += [waiting.eq(1), held.left.eq(self.left), held.right.eq(self.right)]
+                m.d.sync += [held.first.eq(start), held.last.eq(0), held.end.eq(0)]
+        with m.If(push & ~fifo.w_rdy):
+            m.d.comb += give_up.eq(1)
+        with m.If(give_up):
+            m.d.sync += waiting.eq(0)
+            with m.If(self.frame_valid):
+                m.d.sync += given_up.eq(1)
+            with m.If(~self.dropped.all()):
+                m.d.sync += self.dropped.eq(self.dropped + 1)
+        return m
