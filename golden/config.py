@@ -4,7 +4,7 @@ import enum
 from dataclasses import dataclass
 
 
-__all__ = ["Arithmetic", "MatcherConfig", "PIXEL_BITS", "PIXEL_MAX", "WEIGHT_BITS", "WEIGHT_MAX"]
+__all__ = ["Arithmetic", "Engine", "MatcherConfig", "PIXEL_BITS", "PIXEL_MAX", "WEIGHT_BITS", "WEIGHT_MAX"]
 
 
 PIXEL_BITS = 8
@@ -28,6 +28,16 @@ class Arithmetic(enum.StrEnum):
     LINEAR = "linear"
 
 
+class Engine(enum.StrEnum):
+    """How the gateware computes the disparity rule; the result is the same.
+
+    ``SEQUENTIAL``: as the thesis does, several cycles a pixel; ``THESIS`` and ``LINEAR``, up to 128 labels.
+    ``STREAMING``: one pixel a cycle; ``LINEAR`` only, up to 256 labels.
+    """
+    SEQUENTIAL = "sequential"
+    STREAMING = "streaming"
+
+
 @dataclass(frozen=True)
 class MatcherConfig:
     """Size and arithmetic of a matcher.
@@ -44,6 +54,8 @@ class MatcherConfig:
         Weights of the left, upper and lower neighbour, in grey levels a pixel of disparity. Build-time defaults of the gateware's inputs.
     max_width : int
         Longest line, in pixels, that the gateware's memories hold.
+    engine : Engine
+        Which gateware.
     """
     disparities: int = 80
     arithmetic: Arithmetic = Arithmetic.THESIS
@@ -52,8 +64,10 @@ class MatcherConfig:
     u2: int = 10
     u3: int = 5
     max_width: int = 720
+    engine: Engine = Engine.SEQUENTIAL
 
-    DISPARITIES = range(2, 129)
+    DISPARITIES = range(2, 257)
+    SEQUENTIAL_DISPARITIES = range(2, 129)
     FRACTION_BITS = range(0, 5)
     WIDTHS = range(1, 4097)
 
@@ -69,6 +83,9 @@ class MatcherConfig:
             if value not in limits:
                 raise ValueError(f"{name} must be a whole number from {limits[0]} to {limits[-1]}, not {value!r}")
         object.__setattr__(self, "arithmetic", Arithmetic(self.arithmetic))
+        object.__setattr__(self, "engine", Engine(self.engine))
+        if self.engine is Engine.STREAMING and self.arithmetic is Arithmetic.THESIS:
+            raise ValueError("engine streaming computes the arithmetic linear only, not thesis; the engine sequential computes both")
 
     @property
     def weights(self):

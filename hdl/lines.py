@@ -29,6 +29,9 @@ class LineStore(wiring.Component):
     the rest of it, up to the next ``first``, is dropped: a line that is too short or too long, ``first`` before ``end``, pixels before
     ``first``, ``end`` without ``last``. A first line longer than ``max_width`` (or cut by ``first``) gives nothing at all.
 
+    With ``line_below`` a line more follows the last one, marked ``below``: only its minus pixels mean anything. The streaming engine
+    walks along it for the last line's disparities; ``end`` is then the end of that line.
+
     Timing: at most one column a cycle; at a line's start one cycle more. ``o.valid`` does not depend on ``o.ready``.
 
     Memory: ``2 * max_width * 16`` bits and the Plus Line FIFO, ``PLUS_DEPTH * 19`` bits. That FIFO is kept short: what waits in it
@@ -37,6 +40,7 @@ class LineStore(wiring.Component):
     Parameters
     ----------
     config : :class:`MatcherConfig`
+    line_below : bool
 
     Members
     -------
@@ -46,8 +50,9 @@ class LineStore(wiring.Component):
     """
     PLUS_DEPTH = 32
 
-    def __init__(self, config: MatcherConfig):
+    def __init__(self, config: MatcherConfig, *, line_below=False):
         self.config = config
+        self.line_below = line_below
         super().__init__({
             "i": In(stream.Signature(PixelPair())),
             "o": Out(stream.Signature(ColumnWord())),
@@ -83,6 +88,7 @@ class LineStore(wiring.Component):
         issue    = Signal()
         plus     = Signal(pair)
         flush    = Signal()
+        below    = Signal()
 
         # The column that comes out of the memories.
         held       = Signal()
@@ -90,6 +96,7 @@ class LineStore(wiring.Component):
         held_x     = Signal.like(x, reset_less=True)
         held_plus  = Signal(pair, reset_less=True)
         held_flush = Signal(reset_less=True)
+        held_below = Signal(reset_less=True)
         held_top   = Signal(reset_less=True)
         held_last  = Signal(reset_less=True)
         leave      = Signal()
@@ -101,7 +108,7 @@ class LineStore(wiring.Component):
 
         with m.If(issue):
             m.d.sync += [
-                held.eq(1), held_shown.eq(~row_zero | flush), held_x.eq(x), held_plus.eq(plus), held_flush.eq(flush),
+                held.eq(1), held_shown.eq(~row_zero | flush), held_x.eq(x), held_plus.eq(plus), held_flush.eq(flush), held_below.eq(below),
                 held_top.eq(row_one), held_last.eq(x == width),
             ]
         with m.Elif(leave):
@@ -115,7 +122,8 @@ class LineStore(wiring.Component):
             self.o.valid.eq(held & held_shown),
             self.o.p.first.eq(held_top & (held_x == 0)),
             self.o.p.last.eq(held_last),
-            self.o.p.end.eq(held_last & held_flush),
+            self.o.p.end.eq(held_last & (held_below if self.line_below else held_flush)),
+            self.o.p.below.eq(held_below),
         ]
         for column, side in ((self.o.p.left, "left"), (self.o.p.right, "right")):
             m.d.comb += [
@@ -187,8 +195,18 @@ class LineStore(wiring.Component):
                     m.d.comb += issue.eq(1)
                     m.d.sync += x.eq(x + 1)
                     with m.If(x == width):
-                        m.d.sync += x.eq(0)
-                        m.next = "between frames"
+                        m.d.sync += [x.eq(0), row_one.eq(0)]
+                        m.next = "line below" if self.line_below else "between frames"
+
+            if self.line_below:
+                with m.State("line below"):
+                    m.d.comb += [flush.eq(1), below.eq(1)]
+                    with m.If(can_issue):
+                        m.d.comb += issue.eq(1)
+                        m.d.sync += x.eq(x + 1)
+                        with m.If(x == width):
+                            m.d.sync += x.eq(0)
+                            m.next = "between frames"
         return m
 
 

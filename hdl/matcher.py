@@ -4,11 +4,12 @@ from amaranth import *
 from amaranth.lib import stream, wiring
 from amaranth.lib.wiring import In, Out
 
-from golden.config import WEIGHT_BITS, MatcherConfig
+from golden.config import WEIGHT_BITS, Engine, MatcherConfig
 
 from .bec import Bec
 from .lines import LineStore
 from .sequential import SequentialEngine
+from .streaming import StreamingEngine
 from .stream import DisparityWord, PixelPair
 
 
@@ -39,9 +40,10 @@ class Matcher(wiring.Component):
     """
     def __init__(self, config: MatcherConfig):
         self.config = config
-        self.line_store = LineStore(config)
-        self.bec = Bec(config)
-        self.engine = SequentialEngine(config)
+        self.streaming = config.engine is Engine.STREAMING
+        self.line_store = LineStore(config, line_below=self.streaming)
+        self.bec = None if self.streaming else Bec(config)
+        self.engine = StreamingEngine(config) if self.streaming else SequentialEngine(config)
         super().__init__({
             "i": In(stream.Signature(PixelPair())),
             "o": Out(stream.Signature(DisparityWord(config))),
@@ -65,17 +67,22 @@ class Matcher(wiring.Component):
         What waits in the Plus Line FIFO and in BEC's five stages goes at the pace of the loop; each of three line starts costs BEC's
         and the feeder's pipelines once more, and a frame's first line waits for the look-up tables.
         """
+        if self.streaming:
+            return LineStore.PLUS_DEPTH + self.engine.latency + 16
         waiting = (LineStore.PLUS_DEPTH + 8) * self.clocks_per_pixel
         return waiting + 3 * (self.bec.latency + 2 * self.clocks_per_pixel)
 
     def elaborate(self, platform):
         m = Module()
         m.submodules.line_store = self.line_store
-        m.submodules.bec = self.bec
         m.submodules.engine = self.engine
         wiring.connect(m, wiring.flipped(self.i), self.line_store.i)
-        wiring.connect(m, self.line_store.o, self.bec.i)
-        wiring.connect(m, self.bec.o, self.engine.i)
+        if self.streaming:
+            wiring.connect(m, self.line_store.o, self.engine.i)
+        else:
+            m.submodules.bec = self.bec
+            wiring.connect(m, self.line_store.o, self.bec.i)
+            wiring.connect(m, self.bec.o, self.engine.i)
         wiring.connect(m, self.engine.o, wiring.flipped(self.o))
 
         for name, default in zip(("u1", "u2", "u3"), self.config.weights, strict=True):

@@ -81,6 +81,9 @@ class SequentialEngine(wiring.Component):
         Weights; sampled with the first word of a frame.
     """
     def __init__(self, config: MatcherConfig):
+        if config.disparities not in config.SEQUENTIAL_DISPARITIES:
+            raise ValueError(f"the engine sequential computes at most {config.SEQUENTIAL_DISPARITIES[-1]} disparities, "
+                             f"not {config.disparities}; choose the engine streaming")
         self.config = config
         self.tree = ComparatorTree(config.energy_bits, config.disparities)
         super().__init__({
@@ -154,7 +157,8 @@ class SequentialEngine(wiring.Component):
             result_read.addr.eq(x), result_read.en.eq(take),
         ]
         can_take = Signal()
-        m.d.comb += can_take.eq(Mux(x == 0, idle, ~fed))
+        # Smooth3 reads its look-up table right after: a frame whose first line is short waits for the tables.
+        m.d.comb += can_take.eq(Mux(x == 0, idle & filled, ~fed))
         flush = Signal()
 
         with m.FSM():
@@ -207,7 +211,8 @@ class SequentialEngine(wiring.Component):
         m.d.comb += [
             smooth1.label.eq(tree.o.index), smooth1.read.eq(start),
             smooth1.pixel.eq(pixel), smooth1.neighbour.eq(before), smooth1.present.eq(has_left),
-            smooth2.label.eq(result_read.data), smooth2.read.eq(early_read),
+            # Above the first line there is none: no unwritten word may reach the table's address.
+            smooth2.label.eq(Mux(has_upper, result_read.data, 0)), smooth2.read.eq(early_read),
             smooth2.pixel.eq(pixel), smooth2.neighbour.eq(edata_memory.o.upper), smooth2.present.eq(has_upper),
             smooth3.label.eq(fed_local), smooth3.read.eq(early_read),
             smooth3.pixel.eq(pixel), smooth3.neighbour.eq(fed_plus), smooth3.present.eq(has_lower),
@@ -220,7 +225,7 @@ class SequentialEngine(wiring.Component):
         # next one replaces it; so a pixel starts only when the word of the one before is taken.
         last_phase = Signal()
         m.d.comb += [
-            start.eq(fed & age[-1] & filled & ~busy & (~self.o.valid | self.o.ready)),
+            start.eq(fed & age[-1] & ~busy & (~self.o.valid | self.o.ready)),
             last_phase.eq(busy & (phase == self.clocks_per_pixel - 1)),
             tree.enable.eq(busy & (phase >= Smooth.LATENCY + CostSummation.LATENCY)),
             self.o.p.disparity.eq(tree.o.index),

@@ -25,9 +25,9 @@ class Column(data.StructLayout):
 
 
 class ColumnWord(data.StructLayout):
-    """The columns of both pictures at one ``x``."""
+    """The columns of both pictures at one ``x``; ``below``: the line below the picture, whose ``minus`` alone is a pixel of it."""
     def __init__(self):
-        super().__init__({"left": Column(), "right": Column(), **FLAGS})
+        super().__init__({"left": Column(), "right": Column(), "below": 1, **FLAGS})
 
 
 class BecWord(data.StructLayout):

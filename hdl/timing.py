@@ -23,7 +23,7 @@ class FrameTiming(wiring.Component):
     A camera cannot wait. A frame that begins while the FIFO still holds pixels, or that fills it, is given up: dropped whole, or from
     that pixel on, and counted. What was sent of it is then a ragged frame to the matcher, which recovers at the next one.
 
-    Timing: latency 3 cycles after the pixel that follows.
+    Timing: a pixel leaves 2 cycles after the one that follows it, or after frame valid falls.
 
     Memory: ``depth * 19`` bits.
 

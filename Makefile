@@ -1,0 +1,78 @@
+# `make demo` and `make test` install what they need: Debian packages that are missing (as root, or through sudo), then the
+# Python packages into a virtual environment. What is there already is left alone.
+
+PYTHON ?= python3
+VENV   ?= .venv
+
+BIN     := $(abspath $(VENV))/bin
+STAMP   := $(VENV)/.installed
+WITH_BIN := PATH="$(BIN):$$PATH"
+
+.PHONY: help demo test setup debian clean
+.DELETE_ON_ERROR:
+
+help:
+	@echo "make demo    set up, then run a real stereo pair through the simulated Verilog; results in build/demo"
+	@echo "make test    set up, then run all tests: style, types, golden model, gateware, benches"
+	@echo "make setup   only set up: Debian packages that are missing, Python packages in $(VENV)"
+	@echo "make clean   remove what was built and cached; $(VENV) stays"
+	@echo "Variables: PYTHON=$(PYTHON) (3.11 or newer), VENV=$(VENV)"
+
+demo: setup
+	@$(WITH_BIN) $(BIN)/python -m sim.run --output build/demo
+
+test: setup
+	@$(WITH_BIN) $(BIN)/python -m pytest -n auto
+
+setup: $(STAMP)
+
+# The virtual environment is kept when a dependency changes: pip brings it up to date.
+$(STAMP): pyproject.toml | debian
+	@echo "Installing the Python packages into $(VENV): 150 MB to download at first, 600 MB on disk."
+	@test -x $(BIN)/pip || $(PYTHON) -m venv $(VENV) 2>/dev/null || $(PYTHON) -m virtualenv --quiet $(VENV) || \
+		{ echo "A virtual environment cannot be made in $(VENV) with $(PYTHON)." >&2; exit 1; }
+	@$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable ".[demo,sim,test]" || \
+		{ echo "The Python packages cannot be installed into $(VENV); pip's reason is above." >&2; exit 1; }
+	@touch $@
+
+debian:
+	@sh -c "$$DEBIAN"
+
+clean:
+	rm -rf build *.egg-info .pytest_cache .ruff_cache .mypy_cache
+	find golden hdl boards sim tests -name __pycache__ -prune -exec rm -rf {} +
+
+# Verilator compiles with g++ and is started by a Perl script; cocotb loads Python as a shared library into the simulator.
+define DEBIAN
+missing() {
+    command -v g++ >/dev/null || echo g++
+    command -v iverilog >/dev/null || echo iverilog
+    perl -MPod::Usage -e 1 2>/dev/null || echo perl
+    if ! command -v "$(PYTHON)" >/dev/null; then
+        echo python3-venv libpython3-dev
+        return
+    fi
+    version=$$("$(PYTHON)" -c 'import sys; print("%d.%d" % sys.version_info[:2])')
+    "$(PYTHON)" -c 'import ensurepip, venv' 2>/dev/null || "$(PYTHON)" -m virtualenv --version >/dev/null 2>&1 || echo "python$$version-venv"
+    "$(PYTHON)" -c 'import ctypes, sysconfig; ctypes.CDLL(sysconfig.get_config_var("INSTSONAME"))' 2>/dev/null || echo "libpython$$version"
+}
+stop() { echo "$$*" >&2; exit 1; }
+
+packages=$$(echo $$(missing))
+if [ -n "$$packages" ]; then
+    command -v apt-get >/dev/null || stop "These Debian packages, or what your system calls them, are missing: $$packages."
+    sudo=
+    if [ "$$(id -u)" != 0 ]; then
+        sudo=sudo
+        command -v sudo >/dev/null || stop "Neither root nor sudo: ask for 'apt-get install $$packages'."
+    fi
+    echo "Installing the Debian packages $$packages."
+    $$sudo apt-get update -qq || echo "The list of Debian packages cannot be updated; trying the present one." >&2
+    $$sudo env DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends $$packages >/dev/null ||
+        stop "These Debian packages cannot be installed; apt-get's reason is above: $$packages."
+    packages=$$(echo $$(missing))
+    [ -z "$$packages" ] || stop "Still missing although apt-get succeeded: $$packages."
+fi
+"$(PYTHON)" -c 'import sys; sys.exit(sys.version_info < (3, 11))' || stop "$(PYTHON) is older than 3.11: name a newer one, as in 'make test PYTHON=python3.12'."
+endef
+export DEBIAN

@@ -1,0 +1,37 @@
+"""`python -m golden match` and `python -m golden evaluate`."""
+
+import argparse
+import sys
+from collections.abc import Sequence
+
+from . import evaluate, match
+from .cli import Parser
+from .errors import run_cli
+
+
+__all__ = ["main"]
+
+
+COMMANDS = {
+    "match": (match.main, "disparities of a pair of pictures"),
+    "evaluate": (evaluate.main, "bad pixels on the Middlebury benchmark"),
+}
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run the command that the first argument names; the exit status is the result."""
+    argv = sys.argv[1:] if argv is None else argv
+    parser = Parser(
+        prog="golden", description="The reference model of the stereo matcher.", formatter_class=argparse.RawDescriptionHelpFormatter,
+        epilog="\n".join(f"  {name:10}{what}; see golden {name} --help" for name, (_, what) in COMMANDS.items()))
+    parser.add_argument("command", choices=COMMANDS, metavar="|".join(COMMANDS), help="what to do")
+
+    def run(head: Sequence[str] | None) -> int:
+        command, _ = COMMANDS[parser.parse_args(head).command]
+        return command(argv[1:])
+
+    return run_cli(run, argv[:1], "golden")
+
+
+if __name__ == "__main__":
+    sys.exit(main())

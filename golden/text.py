@@ -1,0 +1,97 @@
+"""Text pictures: what simulators read with ``$readmemh`` and write with ``$fwrite``.
+
+A comment line ``// WIDTH HEIGHT``, then one line for each picture row: its bytes as two hexadecimal digits, a space between them.
+A file holds one picture or several, one after another.
+"""
+
+import os
+import re
+from collections.abc import Iterable
+from pathlib import Path
+from typing import Any, BinaryIO
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .errors import UserError
+from .files import atomic
+
+
+__all__ = ["read_text", "write_text"]
+
+
+_HEADER = re.compile(r"// ([0-9]+) ([0-9]+)")
+_ROW = re.compile(r"[0-9a-f]{2}( [0-9a-f]{2})*")
+
+
+def write_text(file: str | os.PathLike[str] | BinaryIO, pictures: Iterable[NDArray[Any]]) -> None:
+    """Write pictures as text.
+
+    Parameters
+    ----------
+    file : path or binary file
+        A path is written whole or not at all.
+    pictures : iterable of (H, W) integer ndarray
+        Bytes, ``0..255``.
+
+    Examples
+    --------
+    >>> import sys
+    >>> write_text(sys.stdout.buffer, [np.array([[0, 10, 255]])])  # doctest: +SKIP
+    // 3 1
+    00 0a ff
+    """
+    lines = []
+    for picture in pictures:
+        picture = np.asarray(picture)
+        if picture.ndim != 2 or picture.size == 0 or picture.dtype.kind not in "iu" or picture.min() < 0 or picture.max() > 255:
+            raise ValueError(f"a text picture is (H, W) whole numbers from 0 to 255, not {picture.shape} {picture.dtype}")
+        height, width = picture.shape
+        lines.append(f"// {width} {height}")
+        lines += [row.tobytes().hex(" ") for row in picture.astype(np.uint8)]
+    text = "".join(f"{line}\n" for line in lines).encode("ascii")
+    if isinstance(file, (str, os.PathLike)):
+        with atomic(file) as stream:
+            stream.write(text)
+    else:
+        file.write(text)
+
+
+def read_text(path: str | os.PathLike[str]) -> list[NDArray[np.uint8]]:
+    """Read all pictures of a text file.
+
+    Returns
+    -------
+    list of (H, W) uint8 ndarray
+        At least one. :class:`UserError` if a header is missing, a row is missing, surplus or ragged, or a word is not two
+        lower-case hexadecimal digits (a simulator writes unknown bits as ``x``).
+    """
+    try:
+        lines = Path(path).read_text(encoding="ascii").splitlines()
+    except UnicodeDecodeError:
+        raise UserError(f"{path} is not a text picture: it holds bytes that are not ASCII; give one that starts with "
+                        "'// WIDTH HEIGHT'") from None
+    except OSError as error:
+        raise UserError(f"cannot read {path}: {error.strerror}; give the name of a text picture") from error
+    pictures: list[NDArray[np.uint8]] = []
+    at = 0
+    while at < len(lines):
+        header = _HEADER.fullmatch(lines[at])
+        if header is None:
+            raise UserError(f"{path} line {at + 1} is {lines[at][:40]!r} where a picture must start; expected '// WIDTH HEIGHT'")
+        width, height = int(header[1]), int(header[2])
+        if width == 0 or height == 0:
+            raise UserError(f"{path} line {at + 1} gives the size {width}x{height}; a picture has at least 1x1 pixels")
+        rows = lines[at + 1:at + 1 + height]
+        for number, row in enumerate(rows, at + 2):
+            if _ROW.fullmatch(row) is None:
+                raise UserError(f"{path} line {number} is {row[:40]!r}; expected {width} bytes of two lower-case hexadecimal digits")
+            if (length := (len(row) + 1) // 3) != width:
+                raise UserError(f"{path} line {number} holds {length} bytes; expected {width}, the width in the header")
+        if len(rows) != height:
+            raise UserError(f"{path} ends after {len(rows)} rows of its picture {len(pictures) + 1}; expected {height}")
+        pictures.append(np.frombuffer(bytes.fromhex("".join(rows)), dtype=np.uint8).reshape(height, width).copy())
+        at += 1 + height
+    if not pictures:
+        raise UserError(f"{path} is empty; a text picture starts with '// WIDTH HEIGHT'")
+    return pictures

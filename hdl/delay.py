@@ -1,0 +1,107 @@
+"""Fixed delays, and multiplication by shifted additions."""
+
+from amaranth import *
+from amaranth.lib import wiring
+from amaranth.lib.memory import Memory
+from amaranth.lib.wiring import In, Out
+
+
+__all__ = ["Delay", "multiply"]
+
+
+class Delay(wiring.Component):
+    """Gives every word back ``clocks`` cycles later.
+
+    Timing: one word a cycle, always. Short delays are flip-flops; longer ones are a memory read and written at one address, which old
+    words leave as new ones come. What comes out before the first word is undefined, or zero with ``clean``: control bits need that.
+
+    Memory: ``clocks - 1`` words where the delay is longer than :attr:`LONGEST_IN_REGISTERS` cycles.
+
+    Parameters
+    ----------
+    shape : shape-like
+        Of a word.
+    clocks : int
+        Cycles, from 0.
+    clean : bool
+        Zeros until the first word after reset comes out.
+
+    Members
+    -------
+    i : In(shape)
+    o : Out(shape)
+    """
+    LONGEST_IN_REGISTERS = 3
+
+    def __init__(self, shape, clocks, *, clean=False):
+        if clocks < 0:
+            raise ValueError(f"a delay must be at least 0 cycles, not {clocks!r}")
+        self.shape = shape
+        self.clocks = clocks
+        self.clean = clean
+        super().__init__({"i": In(shape), "o": Out(shape)})
+
+    def elaborate(self, platform):
+        m = Module()
+        if self.clocks <= self.LONGEST_IN_REGISTERS:
+            word = self.i
+            for stage in range(self.clocks):
+                later = Signal(self.shape, name=f"stage_{stage}", reset_less=not self.clean)
+                m.d.sync += later.eq(word)
+                word = later
+            m.d.comb += self.o.eq(word)
+            return m
+
+        depth = self.clocks - 1
+        m.submodules.memory = memory = Memory(shape=self.shape, depth=depth, init=[])
+        read_port = memory.read_port()
+        write_port = memory.write_port()
+        place = Signal(range(depth))
+        around = Signal()  # every place has been written
+        m.d.sync += place.eq(place + 1)
+        with m.If(place == depth - 1):
+            m.d.sync += [place.eq(0), around.eq(1)]
+        m.d.comb += [
+            read_port.addr.eq(place), read_port.en.eq(1),
+            write_port.addr.eq(place), write_port.data.eq(self.i), write_port.en.eq(1),
+        ]
+        if self.clean:
+            read_around = Signal()
+            m.d.sync += read_around.eq(around)
+            with m.If(read_around):
+                m.d.comb += self.o.eq(read_port.data)
+        else:
+            m.d.comb += self.o.eq(read_port.data)
+        return m
+
+
+def multiply(m, name, a, b):
+    """Product of two unsigned values by shifted additions, in pipelined pairs: no multiplier is used.
+
+    Parameters
+    ----------
+    m : Module
+    name : str
+        Prefix of the signals.
+    a, b : Value
+        Factors; ``b`` gives one row a bit.
+
+    Returns
+    -------
+    product : Signal
+        Exact, ``len(a) + len(b)`` bits.
+    latency : int
+        Cycles; one product a cycle.
+    """
+    bits = len(a) + len(b)
+    rows = [Mux(bit, a << place, 0) for place, bit in enumerate(b)]
+    latency = 0
+    while len(rows) > 1 or latency == 0:
+        sums = []
+        for n in range(0, len(rows), 2):
+            total = Signal(bits, name=f"{name}_{latency}_{n // 2}", reset_less=True)
+            m.d.sync += total.eq(rows[n] + rows[n + 1] if n + 1 < len(rows) else rows[n])
+            sums.append(total)
+        rows = sums
+        latency += 1
+    return rows[0], latency

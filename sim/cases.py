@@ -1,0 +1,139 @@
+"""What every block of the matcher is given and must give, as payloads (dicts by member name) from the golden model.
+
+What one stage gives the next one is given. Amaranth's simulator takes the payloads as they are; a bench on Verilog packs them.
+"""
+
+import numpy as np
+from amaranth.lib import data
+
+from golden.cost import cost_energy, local_disparity, matching_cost, sub_pixel_buffers, sub_pixels
+from golden.lines import line_store
+
+
+__all__ = ["bec_words", "bec_words_of", "buffers_words", "column_words", "comparable", "cost_words", "disparity_words", "edata_words",
+           "noise", "pack", "pixel_words", "sub_pixel_words"]
+
+
+PARTS = ("pixel", "above", "below", "left")
+
+
+def noise(width, height, seed, pictures=2):
+    """Pictures without structure, half of whose pixels are black or white: the greatest differences occur, and equal neighbours do."""
+    rng = np.random.default_rng(seed)
+    grey = rng.integers(0, 256, (pictures, height, width))
+    return np.where(rng.random(grey.shape) < 0.5, rng.choice([0, 255], grey.shape), grey)
+
+
+def _places(shape, beyond=0):
+    """``(y, x, flags)`` in stream order; columns beyond the line carry the flags of its last."""
+    height, width = shape
+    for y in range(height):
+        for x in range(width + beyond):
+            last = x >= width - 1
+            yield y, x, {"first": int(y == 0 and min(x, width - 1) == 0), "last": int(last), "end": int(last and y == height - 1)}
+
+
+def pixel_words(left, right):
+    """Payloads of :class:`hdl.stream.PixelPair`."""
+    left, right = np.asarray(left).tolist(), np.asarray(right).tolist()
+    return [{"left": left[y][x], "right": right[y][x], **flags} for y, x, flags in _places(np.shape(left))]
+
+
+def column_words(left, right):
+    """Payloads of :class:`hdl.stream.ColumnWord`."""
+    lines = {side: line_store(picture).tolist() for side, picture in (("left", left), ("right", right))}
+    return [{**{side: dict(zip(("minus", "line", "plus"), line[y][x])) for side, line in lines.items()}, "below": 0, **flags}
+            for y, x, flags in _places(np.shape(left))]
+
+
+def _beside(left, y, x):
+    x = min(x, len(left[0]) - 1)
+    return {"pixel": int(left[y][x]), "upper": int(left[max(y - 1, 0)][x])}
+
+
+def sub_pixel_words(left, right, config):
+    """Payloads of :class:`hdl.cost.SubPixelWord`: one word more a line than it has pixels."""
+    parts = {side: dict(zip(PARTS, sub_pixels(picture, config))) for side, picture in (("left", left), ("right", right))}
+    return [{**{side: {name: int(part[y, x]) for name, part in parts[side].items()} for side in parts},
+             **_beside(left, y, x), "beyond": int(x == np.shape(left)[1]), **flags} for y, x, flags in _places(np.shape(left), beyond=1)]
+
+
+def _by_label(left, right, config):
+    """Parts of the left picture, those of the right one as every label sees them: ``(H, W + 1, 1)`` and ``(H, W + 1, D)``."""
+    left_parts = [part[..., None] for part in sub_pixels(left, config)]
+    right_parts = [np.stack([sub_pixel_buffers(line, config.disparities) for line in part]) for part in sub_pixels(right, config)]
+    return left_parts, right_parts
+
+
+def _inside(x, config):
+    return (1 << min(x + 1, config.disparities)) - 1
+
+
+def buffers_words(left, right, config):
+    """Payloads of :class:`hdl.cost.BuffersWord`; see :func:`comparable`."""
+    left_parts, right_parts = _by_label(left, right, config)
+    return [{"left": {name: int(part[y, x, 0]) for name, part in zip(PARTS, left_parts)},
+             "right": [{name: int(part[y, x, d]) for name, part in zip(PARTS, right_parts)} for d in range(config.disparities)],
+             "inside": _inside(x, config), **_beside(left, y, x), "beyond": int(x == np.shape(left)[1]), **flags}
+            for y, x, flags in _places(np.shape(left), beyond=1)]
+
+
+def cost_words(left, right, config):
+    """Payloads of :class:`hdl.cost.CostWord`; see :func:`comparable`."""
+    costs = cost_energy(*_by_label(left, right, config))
+    return [{"cost": [{name: int(cost[y, x, d]) for name, cost in zip(PARTS, costs)} for d in range(config.disparities)],
+             "inside": _inside(x, config), **_beside(left, y, x), "beyond": int(x == np.shape(left)[1]), **flags}
+            for y, x, flags in _places(np.shape(left), beyond=1)]
+
+
+def edata_words(left, right, config):
+    """Payloads of :class:`hdl.cost.EdataWord`."""
+    cost = matching_cost(left, right, config)
+    return [{"cost": cost[y, x].tolist(), **_beside(left, y, x), **flags} for y, x, flags in _places(np.shape(left))]
+
+
+def bec_words(cost, local, left, seed=0):
+    """Payloads of :class:`hdl.stream.BecWord`; what stands above the first line is noise, as nothing may depend on it."""
+    rng = np.random.default_rng(seed)
+    upper = np.vstack([rng.integers(0, 256, (1, np.shape(left)[1])), np.asarray(left)[:-1]])
+    return [{"cost": cost[y, x].tolist(), "local": int(local[y, x]), "pixel": int(left[y, x]), "upper": int(upper[y, x]), **flags}
+            for y, x, flags in _places(np.shape(left))]
+
+
+def bec_words_of(left, right, config):
+    """What BEC gives for a pair of pictures; above the first line it repeats that line."""
+    cost = matching_cost(left, right, config)
+    local = local_disparity(cost)
+    return [{"local": int(local[y, x]), **word} for (y, x, _), word in zip(_places(np.shape(left)), edata_words(left, right, config))]
+
+
+def disparity_words(labels):
+    """Payloads of :class:`hdl.stream.DisparityWord`."""
+    return [{"disparity": int(labels[y, x]), **flags} for y, x, flags in _places(np.shape(labels))]
+
+
+def pack(layout, word):
+    """Bits of a payload."""
+    return layout.const(word).as_value().value
+
+
+def _plain(value, layout):
+    if not isinstance(layout, data.Layout):
+        return int(value)
+    fields = {key: _plain(value[key], field.shape) for key, field in layout}
+    return fields if all(isinstance(key, str) for key in fields) else list(fields.values())
+
+
+def comparable(word, layout=None):
+    """A payload without what has no meaning: candidates whose right pixel is outside the picture, where the word says so.
+
+    ``layout`` reads packed bits and checks that a payload fits it.
+    """
+    if layout is not None:
+        word = _plain(layout.from_bits(word) if isinstance(word, int) else layout.const(word), layout)
+    elif not isinstance(word, dict):
+        word = _plain(word, word.shape())
+    if "inside" not in word:
+        return word
+    key = "right" if "right" in word else "cost"
+    return {**word, key: [value if word["inside"] >> d & 1 else None for d, value in enumerate(word[key])]}

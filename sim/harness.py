@@ -1,0 +1,226 @@
+"""A matcher's Verilog run on pictures: text pictures out, ``harness.v`` in a simulator, labels and counts back."""
+
+import contextlib
+import os
+import threading
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from golden.config import MatcherConfig
+from golden.errors import UserError
+from golden.text import read_text, write_text
+
+from .simulators import SimulationError, build, run
+
+
+__all__ = ["Frame", "Result", "emit", "simulate"]
+
+
+_HARNESS = Path(__file__).with_name("harness.v")
+_TOP = "harness"
+
+# Seconds between two looks at how far the simulator is.
+_POLL = 0.1
+
+
+@dataclass(frozen=True)
+class Frame:
+    """What the harness counted of one frame, in pixels and clocks.
+
+    ``clocks``: from the first pixel pair taken to the last disparity given, both counted. ``in_clocks``: from the first pair taken to
+    the last pair taken, both counted. ``out_clocks``: from the first disparity given to the last. ``latency``: the longest time
+    from a pair being taken to its disparity being offered; ``latency_first``: that of the first pixel.
+    """
+    width: int
+    height: int
+    clocks: int
+    in_clocks: int
+    out_clocks: int
+    latency: int
+    latency_first: int
+
+    @property
+    def clocks_per_pixel(self) -> float:
+        """The slower of input and output. A picture smaller than what the matcher holds enters faster than it leaves."""
+        pixels = self.width * self.height
+        return max(self.in_clocks / pixels, self.out_clocks / max(pixels - 1, 1))
+
+
+@dataclass(frozen=True)
+class Result:
+    """Labels and counts of a run.
+
+    Parameters
+    ----------
+    labels : list of (H, W) uint8 ndarray
+        Disparities of each frame as the Verilog gave them.
+    frames : list of Frame
+    report : dict of str to int
+        What was counted over the whole run: ``clocks``, ``frames``, ``pixels_in``, ``pixels_out``, and the counts of faults, all 0.
+    seconds : float
+        Of simulation, from the first clock to the last.
+    build_seconds : float
+        Of emission and compilation; next to nothing where a build was there already.
+    """
+    labels: list[NDArray[np.uint8]]
+    frames: list[Frame]
+    report: dict[str, int]
+    seconds: float
+    build_seconds: float
+    waves: Path | None = field(default=None)
+
+    @property
+    def clocks_per_second(self) -> float:
+        return self.report["clocks"] / self.seconds
+
+
+def emit(config: MatcherConfig, path: Path) -> Path:
+    """Write the Verilog of the matcher, module ``matcher``; return the path."""
+    from hdl.emit import write_verilog
+    from hdl.matcher import Matcher
+    return write_verilog(Matcher(config), path, name="matcher")
+
+
+def _read_report(path: Path) -> tuple[dict[str, int], list[Frame], float]:
+    """Counts of the run, of its frames, and seconds."""
+    report: dict[str, int] = {}
+    frames: list[dict[str, int]] = []
+    seconds = 0.0
+    for line in path.read_text().splitlines():
+        key, value = line.split()
+        if key == "seconds":
+            seconds = float(value)
+        elif key.startswith("frame") and "." in key:
+            number, name = key.removeprefix("frame").split(".")
+            if int(number) == len(frames):
+                frames.append({})
+            frames[int(number)][name] = int(value)
+        else:
+            # A count that Icarus shows as x or z is not zero.
+            report[key] = int(value) if value.isdigit() else -1
+    return report, [Frame(**frame) for frame in frames], seconds
+
+
+@contextlib.contextmanager
+def _watch(path: Path, progress: Callable[[int], None] | None):
+    """While the block runs, call ``progress`` with the number of picture lines in ``path``."""
+    if progress is None:
+        yield
+        return
+    over = threading.Event()
+
+    def poll():
+        rows = offset = 0
+        rest = b""
+        while True:
+            ending = over.is_set()
+            with contextlib.suppress(OSError), path.open("rb") as file:
+                file.seek(offset)
+                data = file.read()
+                offset += len(data)
+                *lines, rest = (rest + data).split(b"\n")
+                rows += sum(not line.startswith(b"//") for line in lines)
+                progress(rows)
+            if ending:
+                return
+            over.wait(_POLL)
+
+    thread = threading.Thread(target=poll, daemon=True)
+    thread.start()
+    try:
+        yield
+    finally:
+        over.set()
+        thread.join()
+
+
+def simulate(config: MatcherConfig, lefts, rights, *, simulator: str, work_dir: str | os.PathLike[str], stall_i: float = 0.0,
+             stall_o: float = 0.0, weights: tuple[int, int, int] | None = None, seed: int = 1, waves: bool = False,
+             progress: Callable[[int], None] | None = None, stage: Callable[[str], None] = lambda text: None,
+             verilog: str | os.PathLike[str] | None = None, timeout: int = 200_000) -> Result:
+    """Run pictures through the Verilog of ``Matcher(config)``, one frame after another.
+
+    Parameters
+    ----------
+    config : MatcherConfig
+    lefts, rights : sequence of (H, W) uint8 ndarray
+        Grey levels, as many of both; frames may differ in size.
+    simulator : str
+        One of :data:`sim.simulators.SIMULATORS`.
+    work_dir : path
+        Folder for Verilog, builds, text pictures and logs. A build that is there is used again if nothing has changed.
+    stall_i, stall_o : float
+        Chance of an idle clock before a pixel pair, of a clock in which no disparity is taken; rounded to 1/256, below 1.
+    weights : (u1, u2, u3)
+        Given to the inputs; those of ``config``, built in, by default.
+    seed : int
+        Of the stalls.
+    waves : bool
+        Leave a waveform file too.
+    progress : callable
+        Called now and then, from another thread, with the number of picture lines done.
+    stage : callable
+        Called with what is being done now.
+    verilog : path
+        Verilog of the matcher, if it has been emitted already.
+    timeout : int
+        Clocks without a transfer after which the harness gives up.
+
+    Returns
+    -------
+    Result
+        :class:`SimulationError` if the matcher hung, gave too many words, a wrong flag or an unknown bit, broke a rule of streams, or
+        took a frame for ragged. Labels are not compared.
+    """
+    # Absolute, but not resolved yet: what is there need not exist.
+    work = Path(work_dir).absolute()
+    work.mkdir(parents=True, exist_ok=True)
+    start = time.perf_counter()
+    if verilog is None:
+        stage("Writing Verilog")
+        verilog = emit(config, work / "matcher.v")
+    stage(f"Building for {simulator}")
+    folder = work / f"{simulator}{'_waves' if waves else ''}"
+    label_bits = (config.disparities - 1).bit_length()
+    build(simulator, [verilog, _HARNESS], _TOP, folder, parameters={"LABEL_BITS": label_bits}, waves=waves)
+    build_seconds = time.perf_counter() - start
+
+    files = {name: work / f"{name}.txt" for name in ("left", "right", "output", "report")}
+    write_text(files["left"], lefts)
+    write_text(files["right"], rights)
+    for name in ("output", "report"):
+        files[name].unlink(missing_ok=True)
+    # Relative to where the simulator runs: Verilog's file names are of limited length.
+    plusargs = [f"+{name}={os.path.relpath(path, folder)}" for name, path in files.items()]
+    settings = {"stall_i": min(round(256 * stall_i), 255), "stall_o": min(round(256 * stall_o), 255), "seed": seed, "timeout": timeout}
+    if weights is not None:
+        settings |= dict(zip(("u1", "u2", "u3"), weights, strict=True))
+    plusargs += [f"+{name}={value}" for name, value in settings.items()]
+    waves_file = work / f"matcher.{'fst' if simulator == 'icarus' else 'vcd'}" if waves else None
+
+    stage(f"Simulating with {simulator}")
+    with _watch(files["output"], progress):
+        run(simulator, _TOP, folder, "sim.harness_tb", plusargs=plusargs, waves=waves_file)
+    report, frames, seconds = _read_report(files["report"])
+    _check(report, sum(np.size(left) for left in lefts), len(lefts))
+    try:
+        labels = read_text(files["output"])
+    except UserError as error:
+        raise SimulationError(f"the harness wrote a bad text picture: {error}") from error
+    return Result(labels, frames, report, seconds, build_seconds, waves_file)
+
+
+def _check(report: dict[str, Any], pixels: int, frames: int) -> None:
+    """Raise :class:`SimulationError` if the harness saw a fault."""
+    faults = {name: report[name] for name in ("hang", "bad_files", "flag_errors", "rule_errors", "unknown_words", "extra_words", "error")}
+    wrong = [f"{name} {count}" for name, count in faults.items() if count]
+    wrong += [f"{name} {report[name]} of {expected}" for name, expected in
+              (("pixels_in", pixels), ("pixels_out", pixels), ("frames", frames)) if report[name] != expected]
+    if wrong:
+        raise SimulationError(f"the harness saw faults: {', '.join(wrong)}")

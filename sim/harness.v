@@ -1,0 +1,276 @@
+// Bench around a matcher: reads the left and the right text picture, drives the stream of pixel pairs, takes the stream of
+// disparities, writes a text picture, and counts clocks. The language outside is needed at the start (`go`) and at the end (`done`)
+// only: it would slow every clock. Verilog-2001 without delays, for Icarus and for Verilator without --timing.
+//
+// A file may hold several pictures: they are frames in a row, without a pause between them.
+//
+// Plusargs: +left= +right= +output= +report=  files
+//           +stall_i= +stall_o=               chance of a stall in each clock, in 1/256; 0 by default
+//           +seed=                            of the stalls
+//           +u1= +u2= +u3=                    weights, all three; those the matcher was built with by default
+//           +timeout=                         clocks without a transfer after which the bench gives up; 200000 by default
+//
+// The report is lines of `key value`. All times are in clocks; latency counts from the clock in which a pixel pair is taken to the
+// clock in which its disparity is first offered.
+
+/* verilator lint_off BLKSEQ */
+module harness #(
+  parameter LABEL_BITS = 7       // up to 8
+) (
+  input      clk,
+  input      rst,
+  input      go,
+  output reg done
+);
+  localparam FRAMES = 1024;     // frames that may be inside the matcher at once
+  localparam PIXELS = 32768;    // pixels that may be inside the matcher at once
+  localparam DRAIN = 64;        // clocks to wait for surplus words after the last expected one
+  localparam NAME = 8 * 1024;   // bits of a file name
+
+  // Streams
+
+  reg                   i_valid;
+  wire                  i_ready;
+  reg  [18:0]           i_payload;
+  wire                  o_valid;
+  reg                   o_ready;
+  wire [LABEL_BITS+2:0] o_payload;
+  reg  [5:0]            u1, u2, u3;
+  reg                   set_weights;
+  wire                  error;
+
+  matcher dut(
+    .clk(clk), .rst(rst), .u1(u1), .u2(u2), .u3(u3), .set_weights(set_weights), .clear(1'b0), .error(error),
+    .i__valid(i_valid), .i__ready(i_ready), .i__payload(i_payload),
+    .o__valid(o_valid), .o__ready(o_ready), .o__payload(o_payload));
+
+  // Files and settings
+
+  reg [NAME-1:0] left_name, right_name, output_name, report_name;
+  integer left_file, right_file, output_file, report_file;
+  integer stall_i, stall_o, seed, timeout, weight, given;
+
+  // Input side: the picture being read, and the pixel to be offered next
+
+  integer rc, rc_right, left, right, right_width, right_height;
+  integer in_width, in_height, in_x, in_y;
+  reg     in_open;              // a picture is being read
+  reg     in_over;              // there is no further picture
+  reg     in_taken;
+  reg     bad_files;
+
+  // Output side, and what the input side hands over to it
+
+  integer width_of [0:FRAMES-1];
+  integer height_of [0:FRAMES-1];
+  reg [31:0] first_taken [0:FRAMES-1];
+  reg [31:0] last_taken [0:FRAMES-1];
+  reg [31:0] taken_at [0:PIXELS-1];
+  reg [31:0] frames_read, frames_begun, frames_taken, frames_given, pixels_taken, pixels_given, read_ring, ring;
+  integer out_width, out_height, out_x, out_y;
+  reg     new_offer;            // the word on offer is seen for the first time
+  reg     seen;                 // the first word of the frame has been offered
+  reg     held;
+  reg     first, last, end_;
+  reg [7:0] label;
+  reg [LABEL_BITS+2:0] held_payload;
+
+  // Counters
+
+  reg [31:0] clock, idle, drain, latency, offered_at, first_offered, latency_first, latency_max, first_given, flag_errors, rule_errors;
+  reg [31:0] unknown_words, extra_words, random_i, random_o;
+  reg     running, finish, hang;
+
+  function [31:0] xorshift(input [31:0] x);
+    reg [31:0] y;
+    begin
+      y = x ^ (x << 13);
+      y = y ^ (y >> 17);
+      xorshift = y ^ (y << 5);
+    end
+  endfunction
+
+  // Read the header of the next pair of pictures, if there is one. Nothing is left open behind the last pixel of a pair: that it
+  // is the last of all must be known before the next clock.
+  task next_picture;
+    begin
+      rc = $fscanf(left_file, " // %d %d", in_width, in_height);
+      rc_right = $fscanf(right_file, " // %d %d", right_width, right_height);
+      in_open = rc == 2 && rc_right == 2;
+      in_over = !in_open;
+      in_x = 0;
+      in_y = 0;
+      if (in_open && (in_width != right_width || in_height != right_height) || (rc == 2) != (rc_right == 2)) bad_files = 1;
+      if (in_open) begin
+        read_ring = frames_read % FRAMES;
+        width_of[read_ring[9:0]] = in_width;
+        height_of[read_ring[9:0]] = in_height;
+        frames_read = frames_read + 1;
+      end
+    end
+  endtask
+
+  initial begin
+    done = 0; running = 0; finish = 0; hang = 0; bad_files = 0;
+    i_valid = 0; i_payload = 0; o_ready = 0;
+    in_open = 0; in_over = 0; new_offer = 1; seen = 0; held = 0; held_payload = 0;
+    frames_read = 0; frames_begun = 0; frames_taken = 0; frames_given = 0; pixels_taken = 0; pixels_given = 0;
+    out_x = 0; out_y = 0; in_x = 0; in_y = 0; in_width = 0; in_height = 0; out_width = 0; out_height = 0;
+    clock = 0; idle = 0; drain = 0; latency_first = 0; latency_max = 0; first_given = 0; offered_at = 0; first_offered = 0;
+    flag_errors = 0; rule_errors = 0; unknown_words = 0; extra_words = 0;
+    stall_i = 0; stall_o = 0; seed = 1; timeout = 200000;
+    rc = $value$plusargs("stall_i=%d", stall_i);
+    rc = $value$plusargs("stall_o=%d", stall_o);
+    rc = $value$plusargs("seed=%d", seed);
+    rc = $value$plusargs("timeout=%d", timeout);
+    set_weights = 0;
+    weight = 0;
+    given = $value$plusargs("u1=%d", weight);
+    u1 = weight[5:0];
+    rc = $value$plusargs("u2=%d", weight);
+    u2 = weight[5:0];
+    rc = $value$plusargs("u3=%d", weight);
+    u3 = weight[5:0];
+    rc = $value$plusargs("left=%s", left_name);
+    rc = $value$plusargs("right=%s", right_name);
+    rc = $value$plusargs("output=%s", output_name);
+    rc = $value$plusargs("report=%s", report_name);
+    // Never zero: a zero would stay zero.
+    random_i = (seed * 32'h9e3779b1) | 1;
+    random_o = (seed * 32'h85ebca6b) ^ 32'h5bd1e995 | 1;
+  end
+
+  always @(posedge clk) begin
+    if (go && !running && !done) begin
+      left_file = $fopen(left_name, "r");
+      right_file = $fopen(right_name, "r");
+      output_file = $fopen(output_name, "w");
+      report_file = $fopen(report_name, "w");
+      running = 1;
+      bad_files = left_file == 0 || right_file == 0 || output_file == 0 || report_file == 0;
+      if (!bad_files) next_picture;
+      if (frames_read == 0) bad_files = 1;
+      set_weights <= given != 0;
+    end else
+      set_weights <= 0;
+
+    if (running) begin
+      clock = clock + 1;
+      idle = idle + 1;
+      random_i = xorshift(random_i);
+      random_o = xorshift(random_o);
+
+      // What was taken from the input in the clock that ends here.
+      in_taken = i_valid && i_ready === 1'b1;
+      if (i_ready !== 1'b1 && i_ready !== 1'b0) rule_errors = rule_errors + 1;
+      if (in_taken) begin
+        idle = 0;
+        taken_at[pixels_taken[14:0]] = clock;
+        pixels_taken = pixels_taken + 1;
+        if (i_payload[16]) begin
+          first_taken[frames_begun[9:0]] = clock;
+          frames_begun = frames_begun + 1;
+        end
+        if (i_payload[18]) begin
+          last_taken[frames_taken[9:0]] = clock;
+          frames_taken = frames_taken + 1;
+        end
+      end
+
+      // What was offered at the output in the clock that ends here. A payload holds until it is taken.
+      if (o_valid !== 1'b1 && o_valid !== 1'b0) rule_errors = rule_errors + 1;
+      if (held && (o_valid !== 1'b1 || o_payload !== held_payload)) rule_errors = rule_errors + 1;
+      held = o_valid === 1'b1 && !o_ready;
+      held_payload = o_payload;
+      if (o_valid === 1'b1) begin
+        seen = 1;
+        if (new_offer) offered_at = clock;
+        new_offer = o_ready;
+      end
+      if (o_valid === 1'b1 && o_ready) begin
+        idle = 0;
+        if (pixels_given == pixels_taken) extra_words = extra_words + 1;
+        else begin
+          // Place the word by the size of the picture that went in, and hold its flags against that.
+          ring = frames_given % FRAMES;
+          out_width = width_of[ring[9:0]];
+          out_height = height_of[ring[9:0]];
+          first = out_x == 0 && out_y == 0;
+          last = out_x == out_width - 1;
+          end_ = last && out_y == out_height - 1;
+          if (o_payload[LABEL_BITS+2:LABEL_BITS] !== {end_, last, first}) flag_errors = flag_errors + 1;
+          if (^o_payload === 1'bx) unknown_words = unknown_words + 1;
+          latency = offered_at - taken_at[pixels_given[14:0]];
+          pixels_given = pixels_given + 1;
+          if (first) begin
+            $fwrite(output_file, "// %0d %0d\n", out_width, out_height);
+            first_given = clock;
+            latency_first = latency;
+            latency_max = 0;
+          end
+          if (latency > latency_max) latency_max = latency;
+          if (out_x != 0) $fwrite(output_file, " ");
+          label = 0;
+          label[LABEL_BITS-1:0] = o_payload[LABEL_BITS-1:0];
+          $fwrite(output_file, "%02x", label);
+          if (last) begin
+            $fwrite(output_file, "\n");
+            $fflush(output_file);   // whoever waits for the end can see how far it is
+          end
+          out_x = last ? 0 : out_x + 1;
+          if (last) out_y = end_ ? 0 : out_y + 1;
+          if (end_) begin
+            $fwrite(report_file, "frame%0d.width %0d\nframe%0d.height %0d\n", frames_given, out_width, frames_given, out_height);
+            $fwrite(report_file, "frame%0d.clocks %0d\n", frames_given, clock - first_taken[ring[9:0]] + 1);
+            $fwrite(report_file, "frame%0d.in_clocks %0d\n", frames_given, last_taken[ring[9:0]] - first_taken[ring[9:0]] + 1);
+            $fwrite(report_file, "frame%0d.out_clocks %0d\n", frames_given, clock - first_given);
+            $fwrite(report_file, "frame%0d.latency %0d\nframe%0d.latency_first %0d\n", frames_given, latency_max, frames_given, latency_first);
+            frames_given = frames_given + 1;
+            seen = 0;
+          end
+        end
+      end
+
+      // What to offer to the input in the next clock. An idle payload is noise: it must not be read without `valid`.
+      if (!i_valid || in_taken) begin
+        if (in_open && {24'd0, random_i[15:8]} >= stall_i) begin
+          rc = $fscanf(left_file, "%h", left);
+          rc_right = $fscanf(right_file, "%h", right);
+          if (rc != 1 || rc_right != 1) bad_files = 1;
+          i_valid <= 1;
+          i_payload <= {in_x == in_width - 1 && in_y == in_height - 1, in_x == in_width - 1, in_x == 0 && in_y == 0, right[7:0], left[7:0]};
+          in_x = in_x + 1;
+          if (in_x == in_width) begin
+            in_x = 0;
+            in_y = in_y + 1;
+            if (in_y == in_height) next_picture;
+          end
+        end else begin
+          i_valid <= 0;
+          i_payload <= random_i[31:13];
+        end
+      end
+
+      // Whether to take a word in the next clock. With stalls the first word of a frame is taken only after it has been offered: a
+      // matcher whose `valid` waits for `ready` then hangs.
+      finish = in_over && frames_given == frames_read;
+      if (finish) drain = drain + 1;
+      o_ready <= finish || {24'd0, random_o[15:8]} >= stall_o && (stall_o == 0 || seen);
+
+      hang = idle > timeout;
+      if (bad_files || hang || drain > DRAIN) begin
+        if (report_file != 0) begin
+          $fwrite(report_file, "clocks %0d\nframes %0d\npixels_in %0d\npixels_out %0d\n", clock, frames_given, pixels_taken, pixels_given);
+          $fwrite(report_file, "flag_errors %0d\nrule_errors %0d\nunknown_words %0d\n", flag_errors, rule_errors, unknown_words);
+          $fwrite(report_file, "extra_words %0d\nerror %0d\nhang %0d\nbad_files %0d\n", extra_words, error, hang, bad_files);
+          $fclose(report_file);
+        end
+        if (output_file != 0) $fclose(output_file);
+        if (left_file != 0) $fclose(left_file);
+        if (right_file != 0) $fclose(right_file);
+        running = 0;
+        done <= 1;
+      end
+    end
+  end
+endmodule

@@ -1,0 +1,198 @@
+"""The main job: ``python -m sim.run [LEFT RIGHT]`` sends a stereo pair through the simulated Verilog of the matcher.
+
+Pictures become text pictures, the simulator reads them and writes another, and that becomes the disparity picture, which must equal
+the golden model's in every pixel.
+"""
+
+import contextlib
+import dataclasses
+import json
+import re
+import shutil
+import sys
+import tempfile
+import time
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+from rich.console import Console
+from rich.table import Table
+
+from golden.cli import Parser, add_matcher_options, matcher_config, progress
+from golden.config import Arithmetic, MatcherConfig
+from golden.dataset import StereoPair, motorcycle
+from golden.errors import UserError, run_cli
+from golden.files import atomic
+from golden.images import colour_map, read_pair, write_picture
+from golden.labelling import match
+from golden.metrics import bad_pixels
+
+from .harness import Result, simulate
+from .simulators import SIMULATORS, SimulationError, require
+
+
+__all__ = ["main"]
+
+
+def _parser() -> Parser:
+    parser = Parser(prog="sim.run", description="Send a stereo pair through the simulated Verilog of the matcher, and compare its "
+                    "disparities with the golden model's. Exit status 1 if they differ.")
+    parser.add_argument("pictures", nargs="*", metavar="LEFT RIGHT",
+                        help="rectified pair, left(x) matches right(x-d); without it, the Motorcycle pair, reduced")
+    parser.add_argument("--disparities", type=int, metavar="N",
+                        help="number of disparities, 0 .. N-1 pixels, 2 to 128; what covers the truth for the Motorcycle pair")
+    add_matcher_options(parser)
+    parser.add_argument("--simulator", choices=SIMULATORS, default=SIMULATORS[0], help="default: %(default)s")
+    parser.add_argument("--output", type=Path, default=Path("build/run"), metavar="DIR",
+                        help="folder for the results (default: %(default)s)")
+    parser.add_argument("--waves", action="store_true", help="also leave a waveform file in DIR: FST from icarus, VCD from verilator; "
+                        "small pictures only, because it takes kilobytes a clock")
+    return parser
+
+
+def _output_folder(path: Path) -> Path:
+    """Make the folder; :class:`UserError` if it does not take files."""
+    try:
+        path.mkdir(parents=True, exist_ok=True)
+        # Only an attempt tells: permission bits say nothing of a read-only file system, nor to root.
+        probe = path / ".probe"
+        probe.touch()
+        probe.unlink()
+    except OSError as error:
+        raise UserError(f"the output folder {path} cannot be written: {error.strerror}; choose another --output") from error
+    return path
+
+
+def _check_disparities(disparities: int) -> None:
+    """:class:`UserError` if the engine does not have so many."""
+    limits = MatcherConfig.SEQUENTIAL_DISPARITIES
+    if disparities not in limits:
+        raise UserError(f"--disparities must be a whole number from {limits[0]} to {limits[-1]}, not {disparities}; "
+                        "choose a value in that range")
+
+
+def _pictures(options) -> tuple[NDArray[np.uint8], NDArray[np.uint8], int, StereoPair | None]:
+    """Left, right, number of disparities, and the pair with its truth if no pictures were named."""
+    if len(options.pictures) not in (0, 2):
+        raise UserError(f"LEFT and RIGHT are two pictures, not {len(options.pictures)}; name both or none")
+    if options.disparities is not None:
+        _check_disparities(options.disparities)
+        matcher_config(options, options.disparities)  # before anything is read
+    if options.pictures:
+        if options.disparities is None:
+            raise UserError("--disparities is missing; say how many disparities, 2 to 128, the pair needs")
+        return *read_pair(*options.pictures), options.disparities, None
+    pair = motorcycle()
+    return pair.left, pair.right, pair.disparities if options.disparities is None else options.disparities, pair
+
+
+@contextlib.contextmanager
+def _work_folder(folder: Path) -> Iterator[Path]:
+    """Where to build and simulate: a folder in ``folder``, so that the next run of the same size need not compile.
+
+    ``make`` cannot work below a folder with a space or a sign of its own in its name: then it is one that is removed afterwards.
+    """
+    if re.fullmatch(r"[\w./+,@-]+", str(folder.resolve())):
+        yield folder / "simulation"
+    else:
+        with tempfile.TemporaryDirectory() as work:
+            yield Path(work)
+
+
+def _write(folder: Path, left, right, labels, config: MatcherConfig, report: dict) -> None:
+    """Leave the results: each file whole, the report last."""
+    for name, picture in (("left", left), ("right", right), ("disparity", labels)):
+        write_picture(folder / f"{name}.txt", picture)
+    write_picture(folder / "disparity.npy", labels)
+    write_picture(folder / "disparity.png", colour_map(labels, config.disparities))
+    with atomic(folder / "report.json") as file:
+        file.write((json.dumps(report, indent=2) + "\n").encode())
+
+
+def _simulate(config: MatcherConfig, left, right, simulator: str, work: Path, waves: bool) -> Result:
+    """:func:`sim.harness.simulate` of one frame, with a progress bar; without a terminal, a line a stage."""
+    with progress() as bar:
+        task = bar.add_task("", total=left.shape[0])
+
+        def stage(text: str) -> None:
+            bar.update(task, description=text)
+            if bar.disable:
+                print(f"{text} ...", file=sys.stderr, flush=True)
+
+        return simulate(config, [left], [right], simulator=simulator, work_dir=work, waves=waves, stage=stage,
+                        progress=lambda lines: bar.update(task, completed=lines))
+
+
+def _print(report: dict, folder: Path) -> None:
+    """The figures, as a table on stdout."""
+    table = Table()
+    table.add_column("figure")
+    table.add_column("value", justify="right")
+    table.add_row("mismatching pixels against golden", f"{report['mismatches']}")
+    table.add_row("clocks per pixel", f"{report['clocks_per_pixel']:.3f}")
+    table.add_row("latency, clocks", f"{report['latency_clocks']}")
+    table.add_row("simulated clocks", f"{report['clocks']}")
+    table.add_row("simulated clocks per second", f"{report['clocks_per_second']:.0f}")
+    table.add_row("seconds of simulation", f"{report['seconds']:.2f}")
+    table.add_row("seconds of Verilog output and build", f"{report['build_seconds']:.1f}")
+    if "bad_pixels_percent" in report:
+        table.add_row("bad pixels, error above 1 pixel", f"{report['bad_pixels_percent']:.2f} %")
+    console = Console()
+    console.print(f"{report['width']}x{report['height']} pixels, {report['disparities']} disparities, {report['arithmetic']} arithmetic, "
+                  f"{report['engine']} engine, {report['simulator']}:", highlight=False, soft_wrap=True)
+    console.print(table)
+    console.print(f"Results are in {folder}: disparity.png to look at, report.json for the figures.", highlight=False, soft_wrap=True)
+
+
+def _main(argv: Sequence[str] | None) -> int:
+    options = _parser().parse_args(argv)
+    if options.arithmetic is Arithmetic.FLOAT:
+        raise UserError("--arithmetic float has no gateware; choose thesis or linear, or use python -m golden match")
+    left, right, disparities, pair = _pictures(options)
+    height, width = left.shape
+    config = dataclasses.replace(matcher_config(options, disparities), max_width=width)
+    require(options.simulator)
+    folder = _output_folder(options.output)
+
+    start = time.perf_counter()
+    with _work_folder(folder) as work:
+        try:
+            result = _simulate(config, left, right, options.simulator, work, options.waves)
+        except SimulationError as error:
+            print(f"sim.run: {error}", file=sys.stderr)
+            return 1
+        waves = None
+        if result.waves is not None:
+            waves = Path(shutil.move(result.waves, folder / result.waves.name))
+    labels = result.labels[0]
+    mismatches = int(np.count_nonzero(labels != match(left, right, config)))
+    frame = result.frames[0]
+    report = {
+        "engine": str(config.engine), "arithmetic": str(config.arithmetic), "simulator": options.simulator,
+        "width": width, "height": height, "disparities": config.disparities, "mismatches": mismatches,
+        "clocks_per_pixel": round(frame.clocks_per_pixel, 4), "latency_clocks": frame.latency,
+        "clocks_per_second": round(result.clocks_per_second), "seconds": round(result.seconds, 3),
+        "clocks": result.report["clocks"], "build_seconds": round(result.build_seconds, 3), "weights": config.weights,
+        "total_seconds": round(time.perf_counter() - start, 3),
+    }
+    if config.arithmetic is Arithmetic.LINEAR:
+        report["fraction_bits"] = config.fraction_bits
+    if pair is not None:
+        report["pair"] = pair.name
+        report["bad_pixels_percent"] = round(bad_pixels(labels, pair.truth, pair.masks["known"]), 2)
+    _write(folder, left, right, labels, config, report)
+    _print(report, folder)
+    if waves is not None:
+        print(f"The waveforms are in {waves}: open it with gtkwave or surfer.")
+    return 1 if mismatches else 0
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run the command line; return its exit status."""
+    return run_cli(_main, argv, "sim.run")
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,123 @@
+"""The harness itself, on a stand-in for the matcher: what goes in comes out, and every fault of the stand-in is seen."""
+
+import numpy as np
+import pytest
+
+from golden.config import MatcherConfig
+from sim.harness import simulate
+from sim.simulators import SIMULATORS, SimulationError, build, run
+
+
+CONFIG = MatcherConfig(disparities=16)
+
+# A register stage whose disparity is the low bits of the left pixel, plus those of u1 once `set_weights` has been seen.
+STAND_IN = """
+module matcher(input clk, input rst, input [5:0] u1, input [5:0] u2, input [5:0] u3, input set_weights, input clear, output error,
+               input i__valid, output i__ready, input [18:0] i__payload, output o__valid, input o__ready, output [6:0] o__payload);
+  reg valid; reg [18:0] word; reg [3:0] weight; reg [7:0] count; reg [3:0] never; reg beat;
+  assign i__ready = {i_ready};
+  assign o__valid = {o_valid};
+  assign o__payload = {o_payload};
+  assign error = {error};
+  initial begin valid = 0; count = 0; weight = 0; beat = 0; end
+  always @(posedge clk) begin
+    beat <= !beat;
+    if (set_weights) weight <= u1[3:0];
+    if (o__valid && o__ready) begin valid <= 0; count <= count + 1; end
+    if (i__valid && i__ready) begin valid <= 1; word <= i__payload; end
+  end
+endmodule
+"""
+GOOD = {"i_ready": "!valid || o__ready", "o_valid": "valid", "o_payload": "{word[18:16], word[3:0] + weight}", "error": "1'b0"}
+
+# What is changed, and what the harness says of it.
+FAULTS = {
+    "payload changes while stalled": ({"o_payload": "{word[18:16], word[3:0] ^ {3'b0, beat}}"}, "rule_errors"),
+    "valid drops": ({"o_valid": "valid && beat", "i_ready": "!valid || o__ready && beat"}, "rule_errors"),
+    "valid waits for ready": ({"o_valid": "valid && o__ready"}, "hang 1"),
+    "first is missing": ({"o_payload": "{word[18:17], 1'b0, word[3:0]}"}, "flag_errors 2"),
+    "last is missing": ({"o_payload": "{word[18], 1'b0, word[16], word[3:0]}"}, "flag_errors 6"),
+    "end is missing": ({"o_payload": "{1'b0, word[17:16], word[3:0]}"}, "flag_errors 2"),
+    "unknown bit": ({"o_payload": "{word[18:16], word[3:0] ^ never}"}, "unknown_words"),
+    "word is lost": ({"o_valid": "valid && count != 5", "i_ready": "!valid || o__ready || count == 5"}, "hang 1"),
+    "word is invented": ({"o_valid": "valid || count >= 35"}, "extra_words"),
+    "nothing is taken": ({"i_ready": "count < 9 && (!valid || o__ready)"}, "hang 1"),
+    "ready is unknown": ({"i_ready": "(!valid || o__ready) ^ (count == 3 && never[0])"}, "rule_errors"),
+    "frame was taken for ragged": ({"error": "1'b1"}, "error 1"),
+}
+
+
+def pictures(*sizes):
+    rng = np.random.default_rng(1)
+    return [rng.integers(0, 256, (height, width), dtype=np.uint8) for width, height in sizes]
+
+
+def stand_in(folder, **changes):
+    text = STAND_IN
+    for name, expression in (GOOD | changes).items():
+        text = text.replace("{" + name + "}", expression)
+    path = folder / "stand_in.v"
+    path.write_text(text)
+    return path
+
+
+@pytest.mark.parametrize("simulator", SIMULATORS)
+def test_good(tmp_path, simulator):
+    """Frames of different sizes in a row, stalls, weights, and the counts: all on one build."""
+    verilog = stand_in(tmp_path)
+    lefts, rights = pictures((7, 3), (1, 1), (300, 1), (1, 9)), pictures((7, 3), (1, 1), (300, 1), (1, 9))
+    lines = []
+    plain = simulate(CONFIG, lefts, rights, simulator=simulator, work_dir=tmp_path, verilog=verilog, progress=lines.append)
+    assert lines[-1] == 3 + 1 + 1 + 9
+    assert [labels.tolist() for labels in plain.labels] == [(left % 16).tolist() for left in lefts]
+    # A stage costs a clock; without stalls a pixel a clock.
+    assert [frame.latency for frame in plain.frames] == [frame.latency_first for frame in plain.frames] == [1, 1, 1, 1]
+    assert [frame.in_clocks for frame in plain.frames] == [21, 1, 300, 9]
+    assert [frame.out_clocks for frame in plain.frames] == [20, 0, 299, 8]
+    assert [frame.clocks for frame in plain.frames] == [22, 2, 301, 10]
+    assert plain.frames[2].clocks_per_pixel == 1.0
+
+    stalled = simulate(CONFIG, lefts, rights, simulator=simulator, work_dir=tmp_path, verilog=verilog, stall_i=0.5, stall_o=0.5,
+                       weights=(3, 0, 0))
+    assert [labels.tolist() for labels in stalled.labels] == [((left + 3) % 16).tolist() for left in lefts]
+    assert stalled.build_seconds < 0.5   # used again
+    assert 2 < stalled.frames[2].clocks_per_pixel < 4
+
+
+@pytest.mark.parametrize("fault", FAULTS)
+def test_fault_is_seen(tmp_path, fault):
+    changes, told = FAULTS[fault]
+    lefts, rights = pictures((6, 3), (6, 3)), pictures((6, 3), (6, 3))
+    with pytest.raises(SimulationError, match=told):
+        simulate(CONFIG, lefts, rights, simulator="icarus", work_dir=tmp_path, verilog=stand_in(tmp_path, **changes), stall_i=0.3,
+                 stall_o=0.3, timeout=500)
+
+
+@pytest.mark.parametrize("stall", [0.0, 0.5])
+@pytest.mark.parametrize("fault", [None, "payload changes while stalled", "valid drops", "valid waits for ready", "unknown bit",
+                                   "word is invented"])
+def test_cocotb_drivers(tmp_path, stall, fault):
+    """The drivers of :mod:`sim.cocotb_streams` on the stand-in."""
+    changes = FAULTS[fault][0] if fault else {}
+    build("icarus", [stand_in(tmp_path, **changes)], "matcher", tmp_path / "icarus", debug=True)
+    arguments = ("icarus", "matcher", tmp_path / "icarus", "sim.streams_tb")
+    # Who never stalls cannot see whether `valid` waits.
+    if fault is None or (fault == "valid waits for ready" and stall == 0):
+        assert run(*arguments, env={"STALL": stall}) == 1
+    else:
+        with pytest.raises(SimulationError, match="1 of 1 tests"):
+            run(*arguments, env={"STALL": stall})
+
+
+def test_missing_bench_is_told(tmp_path):
+    build("icarus", [stand_in(tmp_path)], "matcher", tmp_path / "icarus")
+    for module in ("sim.none_tb", "sim.simulators"):   # no such module; a module without tests
+        with pytest.raises(SimulationError, match=r"ended abnormally|no test"):
+            run("icarus", "matcher", tmp_path / "icarus", module)
+
+
+def test_bad_verilog_is_told(tmp_path):
+    verilog = tmp_path / "bad.v"
+    verilog.write_text("module matcher(input clk; endmodule\n")
+    with pytest.raises(SimulationError, match=r"(?s)did not build.*bad\.v"):
+        build("icarus", [verilog], "matcher", tmp_path / "icarus")

@@ -1,0 +1,94 @@
+"""golden.evaluate: the published rows, and the command."""
+
+import json
+
+import pytest
+
+from golden.config import Arithmetic, MatcherConfig
+from golden.dataset import PAIRS
+from golden.errors import UserError
+from golden.evaluate import average, evaluate, main
+from tests.data_pairs import middlebury
+
+
+# nonocc, all, disc of the four pairs, percent; the last is the average of the twelve.
+PUBLISHED = {
+    "float": "5.17 7.16 18.21  8.83 10.38 26.80  18.78 27.09 31.79  21.26 29.90 32.34  19.81",
+    "thesis": "5.11 7.09 17.35  9.82 11.35 25.79  20.41 28.54 32.94  22.96 31.41 33.27  20.50",
+    "linear": "5.13 7.12 18.25  8.75 10.30 26.88  18.80 27.11 31.78  21.30 29.93 32.38  19.81",
+}
+
+
+def numbers(figures):
+    return [f"{value:.2f}" for pair in figures.values() for value in pair.values()] + [f"{average(figures):.2f}"]
+
+
+@pytest.mark.parametrize("arithmetic", Arithmetic)
+def test_published(arithmetic):
+    figures = evaluate(map(middlebury, PAIRS), lambda disparities: MatcherConfig(disparities=disparities, arithmetic=arithmetic))
+    assert list(figures) == ["tsukuba", "venus", "teddy", "cones"]
+    assert all(list(pair) == ["nonocc", "all", "disc"] for pair in figures.values())
+    assert numbers(figures) == PUBLISHED[arithmetic].split()
+
+
+@pytest.fixture
+def quick(monkeypatch):
+    """The command on one pair: it reads the list of pairs when it runs. Skips without data."""
+    middlebury("tsukuba")
+    for name in ("venus", "teddy", "cones"):
+        monkeypatch.delitem(PAIRS, name)
+
+
+def test_command(quick, capsys, tmp_path):
+    assert main(["--json", str(tmp_path / "a.json")]) == 0
+    printed = capsys.readouterr()
+    assert printed.err == ""
+    document = json.loads((tmp_path / "a.json").read_text())
+    assert [row["arithmetic"] for row in document["rows"]] == ["float", "thesis", "linear"]
+    for row in document["rows"]:
+        expected = PUBLISHED[row["arithmetic"]].split()[:3]
+        assert [f"{row['pairs']['tsukuba'][mask]:.2f}" for mask in ("nonocc", "all", "disc")] == expected
+        assert row["average"] == pytest.approx(sum(row["pairs"]["tsukuba"].values()) / 3)
+        line = next(line for line in printed.out.splitlines() if row["arithmetic"] in line)
+        assert [word for word in line.split() if word[0].isdigit()] == expected
+    assert len(list(tmp_path.iterdir())) == 1
+
+
+def test_options(quick, capsys, tmp_path):
+    def row(*options):
+        assert main([*options, "--json", str(tmp_path / "a.json")]) == 0
+        document = json.loads((tmp_path / "a.json").read_text())
+        assert len(document["rows"]) == 1
+        return document["rows"][0]["pairs"]["tsukuba"]
+
+    base = row("--arithmetic", "linear")
+    for options in (["--fraction-bits", "0"], ["--u1", "3"], ["--u2", "3"], ["--u3", "3"]):
+        assert row("--arithmetic", "linear", *options) != base
+    assert json.loads((tmp_path / "a.json").read_text())["u3"] == 3
+
+
+@pytest.mark.parametrize("arguments, message", [
+    (["--data", "none"], "the data folder none does not exist"),
+    (["--data", "."], "left.png does not exist"),
+    (["--json", "a.txt"], "suffix .txt"),
+    (["--json", "none/a.json"], "the folder none of a.json does not exist"),
+    (["--arithmetic", "decimal"], "decimal"),
+    (["--u1", "64"], "--u1 must be a whole number from 0 to 63, not 64"),
+    (["--fraction-bits", "9"], "--fraction-bits must be a whole number from 0 to 4, not 9"),
+    (["surplus"], "unrecognized arguments: surplus"),
+])
+def test_bad_input(arguments, message, capsys, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert main([*arguments, *([] if "--json" in arguments else ["--json", "a.json"])]) == 2
+    printed = capsys.readouterr()
+    assert printed.out == ""
+    assert printed.err.startswith("golden evaluate: ") and message in printed.err
+    assert printed.err.count("\n") == 1
+    assert not list(tmp_path.iterdir())
+
+
+def test_broken_data_is_not_a_skip(tmp_path, monkeypatch):
+    monkeypatch.setenv("STEREO_DATA", str(tmp_path))
+    middlebury.cache_clear()
+    with pytest.raises(UserError, match=r"left\.png does not exist"):
+        middlebury("tsukuba")

@@ -1,0 +1,55 @@
+"""golden.scenes: what the scenes promise to the tests that use them."""
+
+import itertools
+
+import numpy as np
+import pytest
+
+from golden.config import Arithmetic, MatcherConfig
+from golden.labelling import match
+from golden.scenes import NOISE, discriminates, scene
+
+
+@pytest.mark.parametrize("arithmetic", Arithmetic)
+@pytest.mark.parametrize("width, height, disparities", [(4, 3, 2), (37, 11, 13), (80, 4, 39), (160, 8, 80), (256, 8, 128), (150, 33, 128)])
+def test_every_label_wins(arithmetic, width, height, disparities):
+    config = MatcherConfig(disparities=disparities, arithmetic=arithmetic)
+    for seed in range(3):
+        left, right, _ = scene(width, height, disparities, seed)
+        assert discriminates(match(left, right, config), config)
+
+
+@pytest.mark.parametrize("width, height, disparities", [(1, 1, 2), (5, 3, 39), (1, 4, 13), (37, 11, 13)])
+def test_left_matches_right(width, height, disparities):
+    left, right, truth = scene(width, height, disparities, seed=7)
+    assert left.shape == right.shape == truth.shape == (height, width)
+    assert left.dtype == right.dtype == np.uint8
+    y, x = np.nonzero(np.isfinite(truth))
+    d = truth[y, x].astype(int)
+    assert (d < disparities).all() and (d <= x).all()
+    difference = left[y, x].astype(int) - right[y, x - d]
+    assert np.abs(difference).max() <= NOISE
+    assert difference.any() or difference.size == 1
+
+
+def test_every_fourth_line_has_no_match():
+    _, _, truth = scene(20, 16, 4, seed=1)
+    assert np.nonzero(np.isinf(truth).all(axis=1))[0].tolist() == [3, 7, 11, 15]
+
+
+def test_arithmetics_differ():
+    left, right, _ = scene(150, 33, 128, seed=1)
+    results = [match(left, right, MatcherConfig(disparities=128, arithmetic=arithmetic, fraction_bits=fraction_bits))
+               for arithmetic, fraction_bits in (("thesis", 3), ("linear", 0), ("linear", 1), ("linear", 3))]
+    assert all((one != other).any() for one, other in itertools.combinations(results, 2))
+
+
+def test_seed():
+    first, again, other = (scene(16, 4, 4, seed) for seed in (1, 1, 2))
+    np.testing.assert_array_equal(first[0], again[0])
+    assert (first[0] != other[0]).any()
+
+
+@pytest.mark.parametrize("labels, expected", [([[0, 1], [2, 3]], True), ([[0, 1], [2, 2]], False), ([[3, 1], [2, 2]], False)])
+def test_discriminates(labels, expected):
+    assert discriminates(np.array(labels), MatcherConfig(disparities=4)) is expected

@@ -1,0 +1,77 @@
+"""Rules that tools can check: style, types, which package imports which, bounded dependencies, short files, no machine's paths."""
+
+import ast
+import pathlib
+import re
+import subprocess
+import sys
+import tomllib
+
+import pytest
+
+
+ROOT = pathlib.Path(__file__).parent.parent
+PACKAGES = ["golden", "hdl", "boards", "sim", "tests"]
+SOURCES = sorted(path for package in PACKAGES for path in (ROOT / package).rglob("*.py"))
+TEXTS = [path for pattern in ("*.md", "*.toml", "Makefile", ".ci/run", "docs/**/*.md", "sim/**/*.v") for path in ROOT.glob(pattern)]
+TEXTS += SOURCES
+
+MAX_LINES = 400
+
+# What a package must not import: what is above it, and for the golden model the languages of gateware and benches too.
+FORBIDDEN = {
+    "golden": {"hdl", "boards", "sim", "tests", "amaranth", "amaranth_boards", "cocotb"},
+    "boards": {"hdl", "sim", "tests", "cocotb"},
+    "hdl":    {"sim", "tests", "cocotb"},
+    "sim":    {"tests"},
+}
+
+
+def name(path):
+    return str(path.relative_to(ROOT))
+
+
+def imported(path):
+    """Top-level names of the modules that a file imports, wherever in the file."""
+    package = path.relative_to(ROOT).parent.parts
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.Import):
+            yield from (alias.name.partition(".")[0] for alias in node.names)
+        elif isinstance(node, ast.ImportFrom):
+            # `from ..a import b` climbs one folder less than it has dots.
+            above = package[:len(package) - node.level + 1] if node.level else ()
+            yield [*above, *(node.module or "").split(".")][0]
+
+
+@pytest.mark.parametrize("command", [["ruff", "check", "--no-fix", *PACKAGES], ["mypy"]], ids=lambda command: command[0])
+def test_tool(command):
+    run = subprocess.run([sys.executable, "-m", *command], cwd=ROOT, capture_output=True, text=True, timeout=300)
+    assert run.returncode == 0, f"{run.stdout}{run.stderr}"
+
+
+@pytest.mark.parametrize("package", FORBIDDEN)
+def test_imports_point_downward(package):
+    found = {name(path): wrong for path in (ROOT / package).rglob("*.py") if (wrong := FORBIDDEN[package].intersection(imported(path)))}
+    assert not found
+
+
+def test_dependencies_are_bounded_and_explained():
+    text = (ROOT / "pyproject.toml").read_text(encoding="utf-8")
+    parsed = tomllib.loads(text)
+    project = parsed["project"]
+    dependencies = sum(project["optional-dependencies"].values(), parsed["build-system"]["requires"] + project["dependencies"])
+    for dependency in dependencies:
+        assert "~=" in dependency or (">=" in dependency and "<" in dependency), f"{dependency} lacks a bound"
+        assert re.search(rf'"{re.escape(dependency)}", +# \w', text), f"{dependency} lacks its reason"
+
+
+def test_files_are_short():
+    lines = {name(path): len(path.read_text(encoding="utf-8").splitlines()) for path in SOURCES}
+    assert {path: count for path, count in lines.items() if count > MAX_LINES} == {}
+
+
+def test_no_machine_paths():
+    machine = re.compile(r"(?<![\w./<>])/(?:work|root|home|tmp/venv)\b")
+    found = [f"{name(path)}:{number}" for path in TEXTS
+             for number, line in enumerate(path.read_text(encoding="utf-8").splitlines(), 1) if machine.search(line)]
+    assert not found
