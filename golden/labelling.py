@@ -7,7 +7,7 @@ from .cost import local_disparity, matching_cost
 from .smooth import slope, smooth
 
 
-__all__ = ["cost_summation", "labelling", "labelling_plain", "match", "match_plain", "slopes"]
+__all__ = ["cost_summation", "labelling", "labelling_plain", "match", "match_plain", "slopes", "transition"]
 
 
 def slopes(left, config: MatcherConfig):
@@ -103,6 +103,34 @@ def cost_summation(cost, s1, s2, s3, config: MatcherConfig):  # type: ignore[no-
         In units of the energy, at most ``config.energy_max``.
     """
     return np.asarray(cost, dtype=np.result_type(cost, np.int32)) * config.energy_scale + s1 + s2 + s3
+
+
+def transition(energy, slope):  # type: ignore[no-untyped-def]
+    """The answer for every label that the left neighbour may have: ``T(p) = argmin_d energy(d) + slope * |d - p|``.
+
+    Evaluated directly; the smaller disparity on a tie. ``T`` is monotone and idempotent.
+
+    Parameters
+    ----------
+    energy : (..., D) integer ndarray
+        Of every label, without the smoothness against the left neighbour.
+    slope : (...) integer ndarray
+        Against the left neighbour.
+
+    Returns
+    -------
+    (..., D) intp ndarray
+        Pixels, for ``p = 0 .. D-1``.
+
+    Examples
+    --------
+    >>> transition(np.array([4, 9, 0, 9]), 3).tolist()
+    [0, 2, 2, 2]
+    """
+    energy = np.asarray(energy)
+    label = np.arange(energy.shape[-1])
+    distance = np.abs(label - label[:, None])
+    return np.argmin(energy[..., None, :] + np.asarray(slope)[..., None, None] * distance, axis=-1)
 
 
 def match(left, right, config: MatcherConfig):

@@ -5,7 +5,7 @@ import numpy as np
 from .config import PIXEL_MAX, Arithmetic, MatcherConfig
 
 
-__all__ = ["slope", "smooth"]
+__all__ = ["cones", "slope", "smooth"]
 
 
 def slope(difference, weight, config: MatcherConfig):
@@ -52,3 +52,30 @@ def smooth(distance, difference, weight, config: MatcherConfig):
     """
     term = distance * slope(difference, weight, config)
     return term >> 8 if config.arithmetic is Arithmetic.THESIS else term
+
+
+def cones(upper, lower, w1, w2, w3, config: MatcherConfig):  # type: ignore[no-untyped-def]
+    """What an upward pass over the labels adds to the matching cost: two cones, less a ramp.
+
+    ``w2*|d - upper| + w3*|d - lower| - w1*d``: the smoothness against the upper and the lower neighbour, kept less ``w1*d`` so that a
+    label passes to the next for nothing.
+
+    Parameters
+    ----------
+    upper, lower : (...) integer ndarray
+        Labels of the neighbours, pixels.
+    w1, w2, w3 : (...) integer ndarray
+        Slopes, of :func:`slope`.
+
+    Returns
+    -------
+    (..., D) int64 ndarray
+
+    Examples
+    --------
+    >>> cones(1, 2, 3, 10, 100, MatcherConfig(disparities=4, arithmetic="linear")).tolist()
+    [210, 97, 4, 111]
+    """
+    label = np.arange(config.disparities)
+    upper, lower, w1, w2, w3 = (np.asarray(value, dtype=np.int64)[..., None] for value in (upper, lower, w1, w2, w3))
+    return w2 * np.abs(label - upper) + w3 * np.abs(label - lower) - w1 * label

@@ -11,8 +11,8 @@ from amaranth.lib.wiring import Flow
 from rich.console import Console
 
 from boards import cyclone3
-from golden.cli import Parser, add_matcher_options, matcher_config
-from golden.config import Arithmetic, MatcherConfig
+from golden.cli import Parser, add_gateware_options, gateware_config
+from golden.config import MatcherConfig
 from golden.errors import UserError, run_cli
 from golden.files import atomic, check_output
 
@@ -45,7 +45,7 @@ def manifest_of(name, matcher, ports, height, arguments):
     line_clocks = (config.max_width + 2) * clocks
     return {
         "top": name,
-        "engine": "sequential",
+        "engine": str(config.engine),
         "parameters": {
             "disparities": config.disparities, "arithmetic": str(config.arithmetic), "fraction_bits": config.fraction_bits,
             "u1": config.u1, "u2": config.u2, "u3": config.u3, "max_width": config.max_width, "height": height,
@@ -77,20 +77,18 @@ def _run(argv: Sequence[str] | None) -> int:
     what.add_argument("--core", action="store_true", help="the bare matcher with its streams, for a design of your own")
     parser.add_argument("--width", type=int, default=720, metavar="PIXELS", help="longest line, 1 to 4096 (default: %(default)s)")
     parser.add_argument("--height", type=int, default=576, metavar="LINES",
-                        help="lines of a frame, 1 to 4096, for the clock rate in the manifest: the matcher takes any (default: %(default)s)")
-    parser.add_argument("--disparities", type=int, default=80, metavar="D", help="labels, 2 to 128 (default: %(default)s)")
+                        help="lines of a frame, 1 to 4096, for the manifest's clock rate: the matcher takes any (default: %(default)s)")
+    parser.add_argument("--disparities", type=int, default=80, metavar="D", help="labels, 2 to 256, sequential engine to 128 (default: %(default)s)")
     parser.add_argument("--output", type=Path, metavar="DIR", help="default: build/cyclone3 or build/core")
-    add_matcher_options(parser)
+    add_gateware_options(parser)
     options = parser.parse_args(argv)
 
     if options.board is not None and options.board not in BOARDS:
         raise UserError(f"there is no board {options.board!r}; choose one of: {', '.join(BOARDS)}")
-    if options.arithmetic is Arithmetic.FLOAT:
-        raise UserError("the arithmetic float exists in the golden model only; choose --arithmetic thesis or linear")
     for option, value, limits in (("--width", options.width, MatcherConfig.WIDTHS), ("--height", options.height, HEIGHTS)):
         if value not in limits:
             raise UserError(f"{option} must be a whole number from {limits[0]} to {limits[-1]}, not {value}; choose a value in that range")
-    config = matcher_config(options, options.disparities, max_width=options.width)
+    config = gateware_config(options, options.disparities, max_width=options.width)
     name = "stereo" if options.board else "matcher"
     folder = options.output or Path("build") / (options.board or "core")
     _check_folder(folder)

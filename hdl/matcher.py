@@ -9,8 +9,8 @@ from golden.config import WEIGHT_BITS, Engine, MatcherConfig
 from .bec import Bec
 from .lines import LineStore
 from .sequential import SequentialEngine
-from .streaming import StreamingEngine
 from .stream import DisparityWord, PixelPair
+from .streaming import StreamingEngine
 
 
 __all__ = ["Matcher"]

@@ -17,7 +17,9 @@ __all__ = ["CostSummation", "SequentialEngine"]
 
 
 class CostSummation(wiring.Component):
-    """Energy of every label: its matching cost plus three smoothness terms (thesis figure 30); golden: :func:`golden.labelling.cost_summation`.
+    """Energy of every label: its matching cost plus three smoothness terms (thesis figure 30).
+
+    The golden model is :func:`golden.labelling.cost_summation`.
 
     Smooth2 and Smooth3 are known long before Smooth1, which waits for the disparity of the pixel before: they are added first.
 

@@ -5,7 +5,7 @@ from amaranth.lib import data
 from golden.config import PIXEL_BITS, MatcherConfig
 
 
-__all__ = ["FLAGS", "BecWord", "Column", "ColumnWord", "DisparityWord", "PixelPair", "copy_flags"]
+__all__ = ["FLAGS", "BecWord", "Column", "ColumnWord", "DisparityWord", "Least", "PixelPair", "copy_flags"]
 
 
 #: ``first``: first word of its frame; ``last``: last of its line; ``end``: last of its frame (then ``last`` is set too).
@@ -31,7 +31,7 @@ class ColumnWord(data.StructLayout):
 
 
 class BecWord(data.StructLayout):
-    """What BEC knows of a pixel: ``E(x, y, d)`` for all ``d``, ``b(x, y)``, its grey level and that of the pixel above it (left picture)."""
+    """What BEC knows of a pixel: ``E(x, y, d)`` for all ``d``, ``b(x, y)``, its grey level and that of the pixel above it (left)."""
     def __init__(self, config: MatcherConfig):
         super().__init__({
             "cost": data.ArrayLayout(config.cost_bits, config.disparities),
@@ -46,6 +46,12 @@ class DisparityWord(data.StructLayout):
     """A disparity, in pixels."""
     def __init__(self, config: MatcherConfig):
         super().__init__({"disparity": range(config.disparities), **FLAGS})
+
+
+class Least(data.StructLayout):
+    """A least energy so far, and its label."""
+    def __init__(self, value, labels):
+        super().__init__({"value": value, "index": range(labels)})
 
 
 def copy_flags(target, source):

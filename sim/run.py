@@ -5,7 +5,6 @@ the golden model's in every pixel.
 """
 
 import contextlib
-import dataclasses
 import json
 import re
 import shutil
@@ -20,7 +19,7 @@ from numpy.typing import NDArray
 from rich.console import Console
 from rich.table import Table
 
-from golden.cli import Parser, add_matcher_options, matcher_config, progress
+from golden.cli import Parser, add_gateware_options, gateware_config, progress
 from golden.config import Arithmetic, MatcherConfig
 from golden.dataset import StereoPair, motorcycle
 from golden.errors import UserError, run_cli
@@ -42,8 +41,8 @@ def _parser() -> Parser:
     parser.add_argument("pictures", nargs="*", metavar="LEFT RIGHT",
                         help="rectified pair, left(x) matches right(x-d); without it, the Motorcycle pair, reduced")
     parser.add_argument("--disparities", type=int, metavar="N",
-                        help="number of disparities, 0 .. N-1 pixels, 2 to 128; what covers the truth for the Motorcycle pair")
-    add_matcher_options(parser)
+                        help="number of disparities, 0 .. N-1 pixels, 2 to 256; what covers the truth for the Motorcycle pair")
+    add_gateware_options(parser)
     parser.add_argument("--simulator", choices=SIMULATORS, default=SIMULATORS[0], help="default: %(default)s")
     parser.add_argument("--output", type=Path, default=Path("build/run"), metavar="DIR",
                         help="folder for the results (default: %(default)s)")
@@ -65,24 +64,15 @@ def _output_folder(path: Path) -> Path:
     return path
 
 
-def _check_disparities(disparities: int) -> None:
-    """:class:`UserError` if the engine does not have so many."""
-    limits = MatcherConfig.SEQUENTIAL_DISPARITIES
-    if disparities not in limits:
-        raise UserError(f"--disparities must be a whole number from {limits[0]} to {limits[-1]}, not {disparities}; "
-                        "choose a value in that range")
-
-
 def _pictures(options) -> tuple[NDArray[np.uint8], NDArray[np.uint8], int, StereoPair | None]:
     """Left, right, number of disparities, and the pair with its truth if no pictures were named."""
     if len(options.pictures) not in (0, 2):
         raise UserError(f"LEFT and RIGHT are two pictures, not {len(options.pictures)}; name both or none")
     if options.disparities is not None:
-        _check_disparities(options.disparities)
-        matcher_config(options, options.disparities)  # before anything is read
+        gateware_config(options, options.disparities)  # before anything is read
     if options.pictures:
         if options.disparities is None:
-            raise UserError("--disparities is missing; say how many disparities, 2 to 128, the pair needs")
+            raise UserError("--disparities is missing; say how many disparities, 2 to 256, the pair needs")
         return *read_pair(*options.pictures), options.disparities, None
     pair = motorcycle()
     return pair.left, pair.right, pair.disparities if options.disparities is None else options.disparities, pair
@@ -148,11 +138,9 @@ def _print(report: dict, folder: Path) -> None:
 
 def _main(argv: Sequence[str] | None) -> int:
     options = _parser().parse_args(argv)
-    if options.arithmetic is Arithmetic.FLOAT:
-        raise UserError("--arithmetic float has no gateware; choose thesis or linear, or use python -m golden match")
     left, right, disparities, pair = _pictures(options)
     height, width = left.shape
-    config = dataclasses.replace(matcher_config(options, disparities), max_width=width)
+    config = gateware_config(options, disparities, max_width=width)
     require(options.simulator)
     folder = _output_folder(options.output)
 

@@ -1,20 +1,21 @@
-"""Cells of the streaming engine: what one label does, at the pace of one pixel a cycle.
+"""BEC at one pixel a cycle: an array of cells, one a label.
 
-Label ``d`` works one cycle after label ``d - 1`` (going down: after ``d + 1``; in BEC, group after group), so nothing is broadcast: all that
-a cell needs comes from its neighbour's registers or from a memory with an address of its own. The cells never stop; which waves are real
-is told beside them.
+A group of labels works one cycle after the group below it, so nothing is broadcast: all that a cell needs comes from its neighbour's
+registers or from a memory with an address of its own. The cells never stop; which waves are real is told beside them.
 """
 
 from amaranth import *
 from amaranth.lib import data, wiring
+from amaranth.lib.memory import Memory
 from amaranth.lib.wiring import In, Out
 
 from golden.config import PIXEL_BITS, PIXEL_MAX, MatcherConfig
 
-from .stream import Column
+from .delay import Delay
+from .stream import Column, Least
 
 
-__all__ = ["BecCell", "BecGroup", "BecWave", "DownCell", "DownWave", "Least", "UpCell", "UpWave"]
+__all__ = ["BecArray", "BecCell", "BecGroup", "BecWave"]
 
 
 def add_with_carry(a, b, carry):
@@ -22,14 +23,11 @@ def add_with_carry(a, b, carry):
     return (Cat(Const(1, 1), a) + Cat(carry, b)) >> 1
 
 
-class Least(data.StructLayout):
-    """A least energy so far, and its label."""
-    def __init__(self, value, labels):
-        super().__init__({"value": value, "index": range(labels)})
-
-
 class BecWave(data.StructLayout):
-    """A column on its way along the labels: left at ``x``, right at ``x - d``; ``inside``: ``d <= x``; ``pre``: the column before the line."""
+    """A column on its way along the labels: left at ``x``, right at ``x - d``.
+
+    ``inside``: ``d <= x``; ``pre``: it is the column before the line.
+    """
     def __init__(self):
         super().__init__({"valid": 1, "pre": 1, "inside": 1, "left": Column(), "right": Column()})
 
@@ -135,7 +133,7 @@ class BecGroup(wiring.Component):
     Within a group the left column is shared and the right one moves on by a register a label; between groups all moves on by one more.
     Golden: :func:`golden.cost.matching_cost`, :func:`golden.cost.local_disparity`.
 
-    Timing: ``cost`` as of :class:`BecCell`, ``least_i`` :attr:`TREE` cycles after it, ``least_o`` one later. ``o`` follows ``i`` by a cycle.
+    Timing: ``cost`` as of :class:`BecCell`, ``least_i`` :attr:`TREE` cycles after it, ``least_o`` one later; ``o`` one after ``i``.
 
     Members
     -------
@@ -210,126 +208,77 @@ class BecGroup(wiring.Component):
         return m
 
 
-class UpWave(data.StructLayout):
-    """The cones of a pixel on their way up: their value at this label, where their vertices are, and how they move.
+class BecArray(wiring.Component):
+    """Basic energy calculation, laid out along the labels; golden: :func:`golden.cost.matching_cost`, :func:`golden.cost.local_disparity`.
 
-    ``cone`` at label ``d`` is ``w2*|d - f_up| + w3*|d - b_low| - w1*d``. It moves by ``falling`` to the next label below both vertices, by
-    ``between`` from the lower vertex on, by ``rising`` from the upper one on.
-    """
-    def __init__(self, config: MatcherConfig):
-        slope = config.slope_max
-        super().__init__({
-            "cone": range(-config.smooth_max, 2 * config.smooth_max + 1),
-            "falling": range(-3 * slope, 1),
-            "between": range(-2 * slope, slope + 1),
-            "rising": range(-slope, 2 * slope + 1),
-            "low": range(config.disparities),
-            "high": range(config.disparities),
-        })
+    Each label's costs go to its own line memory, which the labelling reads at its own pace: there the skew of one cycle a label
+    costs nothing.
 
+    Timing: ``local`` :meth:`latency_of` cycles after the wave that completed its pixel. The cost that was ``store``-th is read at
+    ``address`` ``store % depth``; label ``d`` shows it in ``cost[d]`` ``d + 2`` cycles after ``address``.
 
-def up_values(config: MatcherConfig):
-    """Range of an energy on the way up: matching cost and cones, less ``w1 * d``."""
-    return range(-config.smooth_max, (config.cost_outside << config.energy_shift) + 2 * config.smooth_max + 1)
-
-
-class UpCell(wiring.Component):
-    """One label of the upward pass, ``F(d) = min(A(d), F(d-1) + w1)``; takes the label below on a tie.
-
-    ``A(d) = (E << q) + w2*|d - f_up| + w3*|d - b_low|``. All is kept less ``w1 * d``: the recursion is then a comparison and a choice,
-    ``G(d) = min(A(d) - w1*d, G(d-1))``.
-
-    Width: exact, :func:`up_values`.
-
-    Timing: ``least_o`` 2 cycles after ``i``, ``least_i`` 1 cycle after ``i``; ``o`` follows ``i`` by a cycle.
+    Memory: ``D * depth`` costs.
 
     Members
     -------
-    i : In(UpWave(config)), o : Out(UpWave(config))
-    cost : In(cost_bits)
-        Complement of ``E``, in the cycle of ``i``.
-    least_i, least_o : Least(up_values(config), D)
+    wave : In(BecWave()), store : In(1)
+    local : Out(range(D))
+    address : In(range(depth))
+    cost : Out(ArrayLayout(cost_bits, D))
+        Complements.
     """
-    LATENCY = 2
-
-    def __init__(self, config: MatcherConfig, label):
+    def __init__(self, config: MatcherConfig, depth):
         self.config = config
-        self.label = label
-        least = Least(up_values(config), config.disparities)
+        self.depth = depth
+        self.groups = [range(low, min(low + BecGroup.SIZE, config.disparities))
+                       for low in range(0, config.disparities, BecGroup.SIZE)]
         super().__init__({
-            "i": In(UpWave(config)), "o": Out(UpWave(config)),
-            "cost": In(config.cost_bits),
-            "least_i": In(least), "least_o": Out(least),
+            "wave": In(BecWave()),
+            "store": In(1),
+            "local": Out(range(config.disparities)),
+            "address": In(range(depth)),
+            "cost": Out(data.ArrayLayout(config.cost_bits, config.disparities)),
         })
+
+    @staticmethod
+    def latency_of(config: MatcherConfig):
+        """Cycles from a wave to the local disparity that it completes."""
+        return BecCell.LATENCY + BecGroup.TREE + -(-config.disparities // BecGroup.SIZE)
 
     def elaborate(self, platform):
         m = Module()
-        # Stage 1: the cones' step to the next label; this label's energy.
-        step = Mux(self.i.low > self.label, self.i.falling, Mux(self.i.high > self.label, self.i.between, self.i.rising))
-        energy = Signal(up_values(self.config), reset_less=True)
-        m.d.sync += [self.o.eq(self.i), self.o.cone.eq(self.i.cone + step)]
-        m.d.sync += energy.eq(((~self.cost).as_unsigned()[:len(self.cost)] << self.config.energy_shift) + self.i.cone)
+        config, depth = self.config, self.depth
 
-        # Stage 2: the recursion.
-        if self.label == 0:
-            m.d.sync += [self.least_o.value.eq(energy), self.least_o.index.eq(0)]
-        else:
-            with m.If(self.least_i.value <= energy):
-                m.d.sync += self.least_o.eq(self.least_i)
-            with m.Else():
-                m.d.sync += [self.least_o.value.eq(energy), self.least_o.index.eq(self.label)]
-        return m
+        # Where the next cost goes; the order walks from group to group as the waves do.
+        place = Signal(range(depth))
+        m.submodules.store_delay = store_delay = Delay(1, BecCell.LATENCY - 1, clean=True)
+        m.d.comb += store_delay.i.eq(self.store)
+        with m.If(store_delay.o):
+            m.d.sync += place.eq(Mux(place == depth - 1, 0, place + 1))
+        write, write_place = store_delay.o, place
+        read_place = self.address
 
+        wave, least = self.wave, None
+        for labels in self.groups:
+            later       = Signal(name=f"write_{labels[0]}")
+            later_place = Signal(range(depth), name=f"write_place_{labels[0]}", reset_less=True)
+            m.d.sync += [later.eq(write), later_place.eq(write_place)]
+            write, write_place = later, later_place
 
-class DownWave(data.StructLayout):
-    """What the way down adds: ``ramp = 2 * w1 * d`` at this label, and ``2 * w1``."""
-    def __init__(self, config: MatcherConfig):
-        super().__init__({"ramp": range(2 * config.smooth_max + 1), "step": range(2 * config.slope_max + 1)})
+            m.submodules[f"group_{labels[0]}"] = group = BecGroup(config, labels)
+            m.d.comb += group.i.eq(wave)
+            if least is not None:
+                m.d.comb += group.least_i.eq(least)
+            wave, least = group.o, group.least_o
 
-
-class DownCell(wiring.Component):
-    """One label of the downward pass, ``M(d) = min(F(d), M(d+1) + w1)``; keeps ``F`` on a tie. Its label is ``T(d)``, the answer if the left
-    neighbour's disparity is ``d``.
-
-    All is kept plus ``w1 * d``: ``H(d) = min(G(d) + 2*w1*d, H(d+1))``.
-
-    Width: exact; ``H`` is an energy with ``p = 0``: ``config.energy_bits``.
-
-    Timing: ``least_o`` 2 cycles after ``i``, ``least_i`` 1 cycle after ``i``; ``o`` follows ``i`` by a cycle.
-
-    Members
-    -------
-    i : In(DownWave(config)), o : Out(DownWave(config))
-    up : In(Least(up_values(config), D))
-        Of the upward pass, in the cycle of ``i``.
-    least_i, least_o : Least(energy_bits, D)
-    """
-    LATENCY = 2
-
-    def __init__(self, config: MatcherConfig, label):
-        self.config = config
-        self.label = label
-        least = Least(config.energy_bits, config.disparities)
-        super().__init__({
-            "i": In(DownWave(config)), "o": Out(DownWave(config)),
-            "up": In(Least(up_values(config), config.disparities)),
-            "least_i": In(least), "least_o": Out(least),
-        })
-
-    def elaborate(self, platform):
-        m = Module()
-        # Stage 1.
-        here = Signal(Least(self.config.energy_bits, self.config.disparities), reset_less=True)
-        m.d.sync += [
-            self.o.step.eq(self.i.step), self.o.ramp.eq(self.i.ramp - self.i.step),
-            here.value.eq(self.up.value + self.i.ramp), here.index.eq(self.up.index),
-        ]
-        # Stage 2: the recursion.
-        if self.label == self.config.disparities - 1:
-            m.d.sync += self.least_o.eq(here)
-        else:
-            with m.If(self.least_i.value < here.value):
-                m.d.sync += self.least_o.eq(self.least_i)
-            with m.Else():
-                m.d.sync += self.least_o.eq(here)
+            for n, label in enumerate(labels):
+                m.submodules[f"edata_{label}"] = memory = Memory(shape=config.cost_bits, depth=depth, init=[])
+                write_port = memory.write_port()
+                read_port = memory.read_port()
+                m.d.comb += [write_port.en.eq(write), write_port.addr.eq(write_place), write_port.data.eq(group.cost[n])]
+                here = Signal(range(depth), name=f"read_place_{label}", reset_less=True)
+                m.d.sync += here.eq(read_place)
+                m.d.comb += [read_port.en.eq(1), read_port.addr.eq(here), self.cost[label].eq(read_port.data)]
+                read_place = here
+        m.d.comb += self.local.eq(least.index)
         return m

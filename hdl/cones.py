@@ -1,0 +1,122 @@
+"""Slopes of a pixel, and the cones that they make over the labels."""
+
+from amaranth import *
+from amaranth.lib import data, wiring
+from amaranth.lib.wiring import In, Out
+
+from golden.config import PIXEL_BITS, WEIGHT_BITS, MatcherConfig
+
+from .delay import Delay, multiply
+from .label_array import DownWave, UpWave
+
+
+__all__ = ["Cones", "Neighbours"]
+
+
+class Neighbours(data.StructLayout):
+    """A pixel and its neighbours: grey levels, whether they are inside the picture, and the labels of the upper and the lower one."""
+    def __init__(self, config: MatcherConfig):
+        super().__init__({
+            "pixel": PIXEL_BITS,
+            "left": PIXEL_BITS, "upper": PIXEL_BITS, "lower": PIXEL_BITS,
+            "has_left": 1, "has_upper": 1, "has_lower": 1,
+            "upper_label": range(config.disparities), "lower_label": range(config.disparities),
+        })
+
+
+class Cones(wiring.Component):
+    """Slopes ``w = (2*u*(256 - dI) << q) >> 8`` (floor) of the three smoothness terms, and the waves that carry them along the labels.
+
+    ``up`` starts the cones ``w2*|d - f_up| + w3*|d - b_low| - w1*d`` at label 0, ``down`` the ramp ``2*w1*d`` at label ``D - 1``. The
+    golden models are :func:`golden.smooth.slope` and :func:`golden.smooth.cones`. A neighbour outside the picture has slope 0.
+
+    Width: exact but for the slopes' floor. Multipliers: none; products are sums of shifted rows.
+
+    Timing: latency :meth:`latency_of` cycles, a pixel a cycle. ``weights`` belong to the pixel of the cycle before.
+
+    Members
+    -------
+    i : In(Neighbours(config))
+    weights : In(ArrayLayout(WEIGHT_BITS, 3))
+        ``u1, u2, u3``.
+    up : Out(UpWave(config))
+    down : Out(DownWave(config))
+    """
+    def __init__(self, config: MatcherConfig):
+        self.config = config
+        super().__init__({
+            "i": In(Neighbours(config)),
+            "weights": In(data.ArrayLayout(WEIGHT_BITS, 3)),
+            "up": Out(UpWave(config)),
+            "down": Out(DownWave(config)),
+        })
+
+    @staticmethod
+    def latency_of(config: MatcherConfig):
+        """Cycles from neighbours to waves: likeness, product, slope, product, sums, steps."""
+        label_bits = (config.disparities - 1).bit_length()
+        return 1 + (WEIGHT_BITS - 1).bit_length() + 1 + max((label_bits - 1).bit_length(), 1) + 2
+
+    def elaborate(self, platform):
+        m = Module()
+        config = self.config
+        labels = config.disparities
+        slope_shape = range(config.slope_max + 1)
+
+        # Likeness 256 - |dI|, 0 without a neighbour; slope.
+        slopes = []
+        for name, weight, neighbour in zip(("w1", "w2", "w3"), self.weights, ("left", "upper", "lower"), strict=True):
+            pixel, grey = self.i.pixel, self.i[neighbour]
+            likeness = Signal(range(257), name=f"likeness_{neighbour}", reset_less=True)
+            m.d.sync += likeness.eq(Mux(self.i[f"has_{neighbour}"], 256 - Mux(pixel > grey, pixel - grey, grey - pixel), 0))
+            product, product_latency = multiply(m, f"product_{name}", likeness, weight)
+            slope = Signal(slope_shape, name=name, reset_less=True)
+            m.d.sync += slope.eq((product << config.fraction_bits + 1) >> 8)
+            slopes.append(slope)
+        w1, w2, w3 = slopes
+
+        # Above the first line there is none: its cone is flat, but no unwritten word may decide where its vertex is.
+        vertices = data.StructLayout({"upper": range(labels), "lower": range(labels)})
+        m.submodules.vertices = at_slopes = Delay(vertices, 1 + product_latency + 1)
+        m.d.comb += [at_slopes.i.upper.eq(Mux(self.i.has_upper, self.i.upper_label, 0)), at_slopes.i.lower.eq(self.i.lower_label)]
+
+        # The cones at label 0.
+        upper, lower = at_slopes.o.upper, at_slopes.o.lower
+        cone_upper, cone_latency = multiply(m, "cone_upper", w2, upper)
+        cone_lower, _ = multiply(m, "cone_lower", w3, lower)
+        beside = data.StructLayout({"low": range(labels), "high": range(labels), "upper_first": 1,
+                                    "w1": slope_shape, "w2": slope_shape, "w3": slope_shape})
+        m.submodules.beside = at_cones = Delay(beside, cone_latency)
+        m.d.comb += [
+            at_cones.i.upper_first.eq(upper < lower),
+            at_cones.i.low.eq(Mux(upper < lower, upper, lower)), at_cones.i.high.eq(Mux(upper < lower, lower, upper)),
+            at_cones.i.w1.eq(w1), at_cones.i.w2.eq(w2), at_cones.i.w3.eq(w3),
+        ]
+
+        # Sums.
+        later    = at_cones.o
+        vertex   = Signal(data.StructLayout({"low": range(labels), "high": range(labels)}), reset_less=True)
+        cone     = Signal(range(2 * config.smooth_max + 1), reset_less=True)
+        both     = Signal(range(2 * config.slope_max + 1), reset_less=True)
+        apart    = Signal(range(-config.slope_max, config.slope_max + 1), reset_less=True)
+        slope    = Signal(slope_shape, reset_less=True)
+        negative = Signal(range(-config.slope_max, 1), reset_less=True)
+        m.d.sync += [
+            vertex.low.eq(later.low), vertex.high.eq(later.high), cone.eq(cone_upper + cone_lower),
+            both.eq(later.w2 + later.w3), slope.eq(later.w1), negative.eq(-later.w1),
+            apart.eq(Mux(later.upper_first, later.w2, later.w3) - Mux(later.upper_first, later.w3, later.w2)),
+        ]
+
+        # Steps.
+        m.d.sync += [
+            self.up.cone.eq(cone), self.up.low.eq(vertex.low), self.up.high.eq(vertex.high),
+            self.up.falling.eq(negative - both), self.up.between.eq(apart - slope), self.up.rising.eq(both - slope),
+            self.down.step.eq(slope << 1),
+        ]
+
+        # The ramp at label D-1.
+        ramp, ramp_latency = multiply(m, "ramp", w1, Const(2 * (labels - 1)))
+        m.submodules.ramp = at_top = Delay(self.down.ramp.shape(), cone_latency + 2 - ramp_latency)
+        m.d.comb += [at_top.i.eq(ramp), self.down.ramp.eq(at_top.o)]
+        assert 1 + product_latency + 1 + cone_latency + 2 == self.latency_of(config)
+        return m

@@ -1,0 +1,225 @@
+"""Labelling at one pixel a cycle: an array of cells, one a label; its upward and its downward pass.
+
+It moves like BEC's array, see :mod:`hdl.bec_array`.
+"""
+
+from amaranth import *
+from amaranth.lib import data, wiring
+from amaranth.lib.wiring import In, Out
+
+from golden.config import MatcherConfig
+
+from .delay import Delay
+from .stream import Least
+
+
+__all__ = ["DownCell", "DownWave", "LabelArray", "UpCell", "UpWave"]
+
+
+class UpWave(data.StructLayout):
+    """The cones of a pixel on their way up: their value at this label, where their vertices are, and how they move.
+
+    ``cone`` at label ``d`` is ``w2*|d - f_up| + w3*|d - b_low| - w1*d``. It moves by ``falling`` to the next label below both vertices, by
+    ``between`` from the lower vertex on, by ``rising`` from the upper one on.
+    """
+    def __init__(self, config: MatcherConfig):
+        slope = config.slope_max
+        super().__init__({
+            "cone": range(-config.smooth_max, 2 * config.smooth_max + 1),
+            "falling": range(-3 * slope, 1),
+            "between": range(-2 * slope, slope + 1),
+            "rising": range(-slope, 2 * slope + 1),
+            "low": range(config.disparities),
+            "high": range(config.disparities),
+        })
+
+
+def up_values(config: MatcherConfig):
+    """Range of an energy on the way up: matching cost and cones, less ``w1 * d``."""
+    return range(-config.smooth_max, (config.cost_outside << config.energy_shift) + 2 * config.smooth_max + 1)
+
+
+class UpCell(wiring.Component):
+    """One label of the upward pass, ``F(d) = min(A(d), F(d-1) + w1)``; takes the label below on a tie.
+
+    ``A(d) = (E << q) + w2*|d - f_up| + w3*|d - b_low|``. All is kept less ``w1 * d``: the recursion is then a comparison and a choice,
+    ``G(d) = min(A(d) - w1*d, G(d-1))``.
+
+    Width: exact, :func:`up_values`.
+
+    Timing: ``least_o`` 2 cycles after ``i``, ``least_i`` 1 cycle after ``i``; ``o`` follows ``i`` by a cycle.
+
+    Members
+    -------
+    i : In(UpWave(config)), o : Out(UpWave(config))
+    cost : In(cost_bits)
+        Complement of ``E``, in the cycle of ``i``.
+    least_i, least_o : Least(up_values(config), D)
+    """
+    LATENCY = 2
+
+    def __init__(self, config: MatcherConfig, label):
+        self.config = config
+        self.label = label
+        least = Least(up_values(config), config.disparities)
+        super().__init__({
+            "i": In(UpWave(config)), "o": Out(UpWave(config)),
+            "cost": In(config.cost_bits),
+            "least_i": In(least), "least_o": Out(least),
+        })
+
+    def elaborate(self, platform):
+        m = Module()
+        # Stage 1: the cones' step to the next label; this label's energy.
+        step = Mux(self.i.low > self.label, self.i.falling, Mux(self.i.high > self.label, self.i.between, self.i.rising))
+        energy = Signal(up_values(self.config), reset_less=True)
+        m.d.sync += [self.o.eq(self.i), self.o.cone.eq(self.i.cone + step)]
+        m.d.sync += energy.eq(((~self.cost).as_unsigned()[:len(self.cost)] << self.config.energy_shift) + self.i.cone)
+
+        # Stage 2: the recursion.
+        if self.label == 0:
+            m.d.sync += [self.least_o.value.eq(energy), self.least_o.index.eq(0)]
+        else:
+            with m.If(self.least_i.value <= energy):
+                m.d.sync += self.least_o.eq(self.least_i)
+            with m.Else():
+                m.d.sync += [self.least_o.value.eq(energy), self.least_o.index.eq(self.label)]
+        return m
+
+
+class DownWave(data.StructLayout):
+    """What the way down adds: ``ramp = 2 * w1 * d`` at this label, and ``2 * w1``."""
+    def __init__(self, config: MatcherConfig):
+        super().__init__({"ramp": range(2 * config.smooth_max + 1), "step": range(2 * config.slope_max + 1)})
+
+
+class DownCell(wiring.Component):
+    """One label of the downward pass, ``M(d) = min(F(d), M(d+1) + w1)``; keeps ``F`` on a tie.
+
+    The label that it carries is ``T(d)``, the answer if the left neighbour's disparity is ``d``.
+
+    All is kept plus ``w1 * d``: ``H(d) = min(G(d) + 2*w1*d, H(d+1))``.
+
+    Width: exact; ``H`` is an energy with ``p = 0``: ``config.energy_bits``.
+
+    Timing: ``least_o`` 2 cycles after ``i``, ``least_i`` 1 cycle after ``i``; ``o`` follows ``i`` by a cycle.
+
+    Members
+    -------
+    i : In(DownWave(config)), o : Out(DownWave(config))
+    up : In(Least(up_values(config), D))
+        Of the upward pass, in the cycle of ``i``.
+    least_i, least_o : Least(energy_bits, D)
+    """
+    LATENCY = 2
+
+    def __init__(self, config: MatcherConfig, label):
+        self.config = config
+        self.label = label
+        least = Least(config.energy_bits, config.disparities)
+        super().__init__({
+            "i": In(DownWave(config)), "o": Out(DownWave(config)),
+            "up": In(Least(up_values(config), config.disparities)),
+            "least_i": In(least), "least_o": Out(least),
+        })
+
+    def elaborate(self, platform):
+        m = Module()
+        # Stage 1.
+        here = Signal(Least(self.config.energy_bits, self.config.disparities), reset_less=True)
+        m.d.sync += [
+            self.o.step.eq(self.i.step), self.o.ramp.eq(self.i.ramp - self.i.step),
+            here.value.eq(self.up.value + self.i.ramp), here.index.eq(self.up.index),
+        ]
+        # Stage 2: the recursion.
+        if self.label == self.config.disparities - 1:
+            m.d.sync += self.least_o.eq(here)
+        else:
+            with m.If(self.least_i.value < here.value):
+                m.d.sync += self.least_o.eq(self.least_i)
+            with m.Else():
+                m.d.sync += self.least_o.eq(here)
+        return m
+
+
+class LabelArray(wiring.Component):
+    """For every label ``p`` that the left neighbour may have, the disparity ``T(p) = argmin_d A(d) + w1*|d - p|``.
+
+    An L1 distance transform that carries its argument: upward, then downward in place, one label a cycle each; RAM delays bring every
+    label's upward result to its turn on the way down, and the answers together at the end. Equal to evaluating (2-15) for each ``p``,
+    ties to the smaller disparity. ``T`` is monotone and idempotent. Golden: :func:`golden.labelling.transition`.
+
+    Timing: ``transition`` :attr:`latency` cycles after ``up``; a pixel a cycle.
+
+    Memory: delays of ``2 * (D - 1 - d)`` cycles of an energy and a label, of ``d`` cycles of a label.
+
+    Members
+    -------
+    up : In(UpWave(config))
+    down : In(DownWave(config))
+        In the cycle of ``up``, at label ``D - 1``.
+    cost : In(ArrayLayout(cost_bits, D))
+        Complements; label ``d`` is read ``d`` cycles after ``up``.
+    transition : Out(ArrayLayout(range(D), D))
+    """
+    #: Labels whose answers wait in one memory.
+    GROUP = 5
+
+    def __init__(self, config: MatcherConfig):
+        self.config = config
+        labels = config.disparities
+        super().__init__({
+            "up": In(UpWave(config)),
+            "down": In(DownWave(config)),
+            "cost": In(data.ArrayLayout(config.cost_bits, labels)),
+            "transition": Out(data.ArrayLayout(range(labels), labels)),
+        })
+
+    @property
+    def latency(self):
+        """Cycles from ``up`` to ``transition``."""
+        turn = self.config.disparities - 1 + UpCell.LATENCY
+        return turn + self.config.disparities - 1 + DownCell.LATENCY + 1
+
+    def elaborate(self, platform):
+        m = Module()
+        config = self.config
+        labels = config.disparities
+
+        # Up.
+        ups = []
+        wave, least = self.up, None
+        for label in range(labels):
+            cell = UpCell(config, label)
+            m.submodules[f"up_{label}"] = cell
+            m.d.comb += [cell.i.eq(wave), cell.cost.eq(self.cost[label])]
+            if least is not None:
+                m.d.comb += cell.least_i.eq(least)
+            wave, least = cell.o, cell.least_o
+            ups.append(least)
+
+        # Down. The top label turns at once; each label below waits two cycles more: one for the way up, one for the way down.
+        m.submodules.down_delay = down_delay = Delay(DownWave(config), labels - 1 + UpCell.LATENCY)
+        m.d.comb += down_delay.i.eq(self.down)
+        answers = [None] * labels
+        wave, least = down_delay.o, None
+        for label in reversed(range(labels)):
+            cell = DownCell(config, label)
+            m.submodules[f"down_{label}"] = cell
+            m.submodules[f"wait_{label}"] = wait = Delay(ups[label].shape(), 2 * (labels - 1 - label))
+            m.d.comb += [wait.i.eq(ups[label]), cell.up.eq(wait.o), cell.i.eq(wave)]
+            if least is not None:
+                m.d.comb += cell.least_i.eq(least)
+            wave, least = cell.o, cell.least_o
+            answers[label] = least.index
+
+        # Together. Label 0 is last; the others of a group wait for its lowest in registers, the group for label 0 in a memory.
+        for low in range(0, labels, self.GROUP):
+            group = range(low, min(low + self.GROUP, labels))
+            shape = data.ArrayLayout(range(labels), len(group))
+            m.submodules[f"align_{low}"] = align = Delay(shape, low)
+            for label in group:
+                m.submodules[f"align_{low}_{label}"] = skew = Delay(range(labels), label - low)
+                m.d.comb += [skew.i.eq(answers[label]), align.i[label - low].eq(skew.o)]
+                m.d.sync += self.transition[label].eq(align.o[label - low])
+        return m
