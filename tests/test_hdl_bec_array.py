@@ -1,0 +1,56 @@
+import numpy as np
+import pytest
+
+from golden.config import Arithmetic, MatcherConfig
+from golden.cost import local_disparity, matching_cost
+from golden.lines import line_store
+from golden.scenes import scene
+from hdl.bec_array import BecArray
+from sim.cases import noise
+from sim.clocked import run_clocked
+
+
+NAMES = ("minus", "line", "plus")
+
+
+def waves_of(left, right, rng, stall):
+    """Waves of a picture: one before each line, its columns, one past it; and, beside each, the pixel that it completes."""
+    columns = [line_store(side).tolist() for side in (left, right)]
+    height, width = left.shape
+    for y in range(height):
+        for x in range(-1, width + 1):
+            while rng.random() < stall:
+                # A bubble: what it carries must not matter.
+                yield {"wave": {"valid": 0, "pre": int(rng.integers(2)), "inside": 1,
+                                "left": dict.fromkeys(NAMES, int(rng.integers(256))), "right": dict.fromkeys(NAMES, 0)}, "store": 0}, None
+            sides = {side: dict(zip(NAMES, lines[y][min(max(x, 0), width - 1)])) for side, lines in zip(("left", "right"), columns)}
+            done = x >= 1
+            yield {"wave": {"valid": 1, "pre": int(x < 0), "inside": int(x >= 0), **sides}, "store": int(done)}, (y, x - 1) if done else None
+
+
+@pytest.mark.parametrize("stall", [0.0, 0.4])
+@pytest.mark.parametrize("labels, width, height", [(2, 1, 1), (2, 6, 3), (3, 9, 2), (4, 5, 3), (5, 12, 3), (13, 30, 2), (13, 4, 3), (18, 40, 2)])
+def test_matches_golden(labels, width, height, stall):
+    config = MatcherConfig(disparities=labels, arithmetic=Arithmetic.LINEAR)
+    rng = np.random.default_rng(3)
+    pictures = [scene(width, height, labels, seed=4)[:2], noise(width, height, seed=5)]
+    count = 2 * width * height
+    depth = count + 3  # all stay, so that any can be read at the end
+    dut = BecArray(config, depth)
+    latency = BecArray.latency_of(config)
+
+    cycles = [cycle for pair in pictures for cycle in waves_of(*pair, rng, stall)]
+    waves = [inputs for inputs, _ in cycles]
+    idle = {"wave": {"valid": 0}, "store": 0}
+    # Then every cost is read; label d shows it d + 2 cycles after the address.
+    reads = [{**idle, "address": place} for place in range(count)]
+    out = run_clocked(dut, [*waves, *[idle] * (latency + 5), *reads], ["local", "cost"], idle=idle, drain=labels + 2)
+
+    costs = np.concatenate([matching_cost(*pair, config).reshape(-1, labels) for pair in pictures])
+    local = [out[cycle + latency]["local"] for cycle, (_, pixel) in enumerate(cycles) if pixel is not None]
+    assert local == local_disparity(costs).tolist()
+    begin = len(waves) + latency + 5
+    got = [[config.cost_outside - out[begin + place + 2 + d]["cost"][d] for d in range(labels)] for place in range(count)]
+    assert got == costs.tolist()
+    if width > 2 * labels:
+        assert {0, labels - 1} <= set(local)

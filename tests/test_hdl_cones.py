@@ -1,0 +1,49 @@
+import itertools
+
+import numpy as np
+import pytest
+
+from golden.config import WEIGHT_MAX, Arithmetic, MatcherConfig
+from golden.smooth import cones, slope
+from hdl.cones import Cones
+from sim.clocked import run_clocked
+
+
+def config_of(labels, fraction_bits):
+    return MatcherConfig(disparities=labels, arithmetic=Arithmetic.LINEAR, fraction_bits=fraction_bits)
+
+
+def neighbours(labels, count, rng):
+    """Random pixels, then every corner: equal and opposite grey levels, outermost labels, each set of absent neighbours."""
+    grey = rng.integers(0, 256, (count, 4)).tolist()
+    label = rng.integers(0, labels, (count, 2)).tolist()
+    present = rng.integers(0, 2, (count, 3)).tolist()
+    corners = itertools.product([[0, 0, 0, 0], [0, 255, 255, 255], [255, 0, 255, 0]],
+                                itertools.product([0, labels - 1], repeat=2), itertools.product([0, 1], repeat=3))
+    for greys, (upper, lower), (has_left, has_upper, has_lower) in [*zip(grey, label, present), *corners]:
+        yield {"pixel": greys[0], "left": greys[1], "upper": greys[2], "lower": greys[3], "has_left": has_left, "has_upper": has_upper,
+               "has_lower": has_lower, "upper_label": upper, "lower_label": lower}
+
+
+@pytest.mark.parametrize("weights", [(15, 10, 5), (WEIGHT_MAX,) * 3, (0, 1, 62)], ids=str)
+@pytest.mark.parametrize("labels, fraction_bits", [(2, 0), (3, 4), (13, 3), (80, 3), (256, 4)])
+def test_matches_golden(labels, fraction_bits, weights):
+    config = config_of(labels, fraction_bits)
+    pixels = list(neighbours(labels, 40, np.random.default_rng(1)))
+    dut = Cones(config)
+    latency = Cones.latency_of(config)
+    out = run_clocked(dut, [{"i": pixel, "weights": list(weights)} for pixel in pixels], ["up", "down"], drain=latency)
+
+    for pixel, waves in zip(pixels, out[latency:], strict=True):
+        w1, w2, w3 = (
+            int(slope(np.array(abs(pixel["pixel"] - pixel[name])), weight, config)) if pixel[f"has_{name}"] else 0
+            for weight, name in zip(weights, ("left", "upper", "lower")))
+        upper = pixel["upper_label"] if pixel["has_upper"] else 0
+        expected = cones(upper, pixel["lower_label"], w1, w2, w3, config).tolist()
+        # What the cells make of the wave.
+        up, cone, walked = waves["up"], waves["up"].cone, []
+        for label in range(labels):
+            walked.append(cone)
+            cone += up.falling if label < up.low else up.between if label < up.high else up.rising
+        assert walked == expected
+        assert (waves["down"].step, waves["down"].ramp) == (2 * w1, 2 * w1 * (labels - 1))

@@ -1,0 +1,47 @@
+# amaranth: UnusedElaboratable=no
+
+import numpy as np
+import pytest
+from amaranth import *
+from amaranth.lib import wiring
+from amaranth.lib.wiring import In, Out
+
+from hdl.delay import Delay, multiply
+from sim.clocked import run_clocked
+
+
+@pytest.mark.parametrize("clean", [False, True])
+@pytest.mark.parametrize("clocks", [0, 1, 3, 4, 5, 8, 9, 31])
+def test_delay(clocks, clean):
+    words = np.random.default_rng(1).integers(0, 256, 100).tolist()
+    out = [cycle["o"] for cycle in run_clocked(Delay(8, clocks, clean=clean), [{"i": word} for word in words], ["o"])]
+    assert out[clocks:] == words[:len(words) - clocks]
+    if clean:
+        assert out[:clocks] == [0] * clocks
+
+
+def test_bad_delay():
+    with pytest.raises(ValueError, match="at least 0 cycles, not -1"):
+        Delay(8, -1)
+
+
+class Product(wiring.Component):
+    def __init__(self, a_bits, b_bits):
+        super().__init__({"a": In(a_bits), "b": In(b_bits), "o": Out(a_bits + b_bits)})
+
+    def elaborate(self, platform):
+        m = Module()
+        product, self.latency = multiply(m, "product", self.a, self.b)
+        m.d.comb += self.o.eq(product)
+        return m
+
+
+@pytest.mark.parametrize("a_bits, b_bits, latency", [(9, 6, 3), (11, 7, 3), (11, 8, 3), (4, 1, 1), (3, 2, 1), (5, 9, 4)])
+def test_multiply(a_bits, b_bits, latency):
+    rng = np.random.default_rng(2)
+    pairs = [(2**a_bits - 1, 2**b_bits - 1), (0, 2**b_bits - 1), (2**a_bits - 1, 0),
+             *zip(rng.integers(0, 2**a_bits, 50).tolist(), rng.integers(0, 2**b_bits, 50).tolist())]
+    dut = Product(a_bits, b_bits)
+    out = run_clocked(dut, [{"a": a, "b": b} for a, b in pairs], ["o"], drain=latency)
+    assert dut.latency == latency
+    assert [cycle["o"] for cycle in out[latency:]] == [a * b for a, b in pairs]

@@ -1,0 +1,68 @@
+import numpy as np
+import pytest
+
+from golden.config import Arithmetic, MatcherConfig
+from golden.labelling import transition
+from golden.smooth import cones
+from hdl.label_array import LabelArray
+from sim.clocked import run_clocked
+
+
+def waves_of(upper, lower, w1, w2, w3, config):
+    """The waves that :class:`hdl.cones.Cones` sends."""
+    between = w2 - w3 if upper < lower else w3 - w2
+    return {
+        "up": {"cone": w2 * upper + w3 * lower, "falling": -w2 - w3 - w1, "between": between - w1, "rising": w2 + w3 - w1,
+               "low": min(upper, lower), "high": max(upper, lower)},
+        "down": {"ramp": 2 * w1 * (config.disparities - 1), "step": 2 * w1},
+    }
+
+
+def cases(config, count, rng):
+    """Costs, vertices and slopes: random; few values, so that ties abound; the extremes."""
+    labels, most, steep = config.disparities, config.cost_outside, config.slope_max
+    for kind in range(count):
+        match kind % 5:
+            case 0:
+                cost, slopes = rng.integers(0, config.cost_max + 1, labels), rng.integers(0, steep + 1, 3)
+            case 1:
+                cost, slopes = rng.integers(0, 3, labels), rng.integers(0, 2, 3) << config.fraction_bits
+            case 2:
+                cost, slopes = np.full(labels, int(rng.integers(0, most + 1))), np.zeros(3, dtype=int)
+            case 3:
+                cost, slopes = np.full(labels, most), rng.choice([0, steep], 3)
+                cost[rng.integers(0, labels)] = 0
+            case _:
+                cost, slopes = np.full(labels, most), np.array([0, 0, 0])
+                cost[-1] = most - 1  # the last label wins for all
+        yield cost.tolist(), *rng.choice([0, labels - 1, int(rng.integers(0, labels))], 2).tolist(), *slopes.tolist()
+
+
+@pytest.mark.parametrize("labels, fraction_bits", [(2, 0), (3, 3), (5, 4), (6, 3), (13, 3), (41, 1)])
+def test_matches_golden(labels, fraction_bits):
+    config = MatcherConfig(disparities=labels, arithmetic=Arithmetic.LINEAR, fraction_bits=fraction_bits)
+    pixels = list(cases(config, 100, np.random.default_rng(labels)))
+    dut = LabelArray(config)
+
+    # Label d reads its cost d cycles after the wave started.
+    complement = (config.cost_outside - np.array([pixel[0] for pixel in pixels])).tolist()
+    inputs = []
+    for cycle, (_, upper, lower, *slopes) in enumerate(pixels):
+        skewed = [complement[cycle - d][d] if cycle >= d else 0 for d in range(labels)]
+        inputs.append({**waves_of(upper, lower, *slopes, config), "cost": skewed})
+    for cycle in range(len(pixels), len(pixels) + dut.latency):
+        inputs.append({"cost": [complement[cycle - d][d] if 0 <= cycle - d < len(pixels) else 0 for d in range(labels)]})
+    out = run_clocked(dut, inputs, ["transition"])
+
+    winners = set()
+    for (cost, upper, lower, w1, w2, w3), cycle in zip(pixels, out[dut.latency:], strict=True):
+        # With the ramp taken out again: the energy without the left neighbour's term.
+        ramp = w1 * np.arange(labels)
+        energy = (np.array(cost) << config.energy_shift) + cones(upper, lower, w1, w2, w3, config) + ramp
+        expected = transition(energy, w1)
+        got = [cycle["transition"][p] for p in range(labels)]
+        assert got == expected.tolist()
+        assert (np.diff(got) >= 0).all()                    # monotone
+        assert [got[label] for label in got] == got         # idempotent
+        winners |= set(got)
+    assert {0, labels - 1} <= winners
