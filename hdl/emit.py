@@ -32,18 +32,19 @@ def _yosys(script):
 def _plain_names(text):
     """Names without escapes: ``\\matcher.bec `` becomes ``matcher_bec``, the keyword ``\\table `` becomes ``table_``.
 
-    Two names of a module that would meet are an error.
+    Yosys escapes what is no plain identifier: odd characters, or a keyword of Verilog or SystemVerilog. Where two names of a module would
+    meet, the later one, in the order of the alphabet, gets underscores at its end. Module names must not meet: they are the path.
     """
     modules = re.split(r"(?m)^(?=module )", text)
     for index, module in enumerate(modules):
-        # Yosys escapes what is no plain identifier: odd characters, or a keyword of Verilog or SystemVerilog.
-        plain = {name: f"{name}_" if re.fullmatch(r"\w+", name) else re.sub(r"\W", "_", name)
-                 for name in set(re.findall(r"\\(\S+) ", module))}
         taken = set(re.findall(r"(?<!\\)\b[A-Za-z_]\w*\b", re.sub(r"\\\S+ ", " ", module)))
-        for name, new in plain.items():
-            if new in taken:
-                raise RuntimeError(f"the Verilog names {name!r} and {new!r} would become one; rename a signal")
+        plain = {}
+        for name in sorted(set(re.findall(r"\\(\S+) ", module))):
+            new = f"{name}_" if re.fullmatch(r"\w+", name) else re.sub(r"\W", "_", name)
+            while new in taken:
+                new += "_"
             taken.add(new)
+            plain[name] = new
         modules[index] = re.sub(r"\\(\S+) ", lambda match, plain=plain: plain[match[1]], module)
     return "".join(modules)
 

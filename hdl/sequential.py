@@ -213,10 +213,10 @@ class SequentialEngine(wiring.Component):
         m.d.comb += [
             smooth1.label.eq(tree.o.index), smooth1.read.eq(start),
             smooth1.pixel.eq(pixel), smooth1.neighbour.eq(before), smooth1.present.eq(has_left),
-            # Above the first line there is none: no unwritten word may reach the table's address.
+            # Outside the picture there is no label: neither an unwritten word nor an idle payload may reach a table's address.
             smooth2.label.eq(Mux(has_upper, result_read.data, 0)), smooth2.read.eq(early_read),
             smooth2.pixel.eq(pixel), smooth2.neighbour.eq(edata_memory.o.upper), smooth2.present.eq(has_upper),
-            smooth3.label.eq(fed_local), smooth3.read.eq(early_read),
+            smooth3.label.eq(Mux(has_lower, fed_local, 0)), smooth3.read.eq(early_read),
             smooth3.pixel.eq(pixel), smooth3.neighbour.eq(fed_plus), smooth3.present.eq(has_lower),
             summation.cost.eq(edata_memory.o.cost),
             summation.s1.eq(smooth1.energy), summation.s2.eq(smooth2.energy), summation.s3.eq(smooth3.energy),

@@ -132,8 +132,10 @@ class StreamingEngine(wiring.Component):
         self.source = WaveSource()
         self.array = LabelArray(config)
         self.queue_depth = BecArray.latency_of(config) + 10
-        # A cost is overwritten one line, and all that may be queued, after it was stored; reading may lag by the admission's pipeline.
-        self.bec = BecArray(config, config.max_width + self.queue_depth + self.admission_latency)
+        # A cost is overwritten one line, and all that may be queued, after it was stored. Reading lags by the admission's pipeline, and at
+        # the top label by a cycle for each label, of which storing takes back one for each group.
+        lag = self.admission_latency + config.disparities
+        self.bec = BecArray(config, config.max_width + self.queue_depth + lag)
         self.output_depth = self.admission_latency + self.array.latency + 8
         super().__init__({
             "i": In(stream.Signature(ColumnWord())),

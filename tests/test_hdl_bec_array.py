@@ -29,7 +29,7 @@ def waves_of(left, right, rng, stall):
 
 
 @pytest.mark.parametrize("stall", [0.0, 0.4])
-@pytest.mark.parametrize("labels, width, height", [(2, 1, 1), (2, 6, 3), (3, 9, 2), (4, 5, 3), (5, 12, 3), (13, 30, 2), (13, 4, 3), (18, 40, 2)])
+@pytest.mark.parametrize("labels, width, height", [(2, 1, 1), (2, 6, 3), (3, 9, 2), (4, 5, 3), (5, 12, 3), (13, 30, 2), (13, 4, 3), (18, 40, 2), (33, 70, 1)])
 def test_matches_golden(labels, width, height, stall):
     config = MatcherConfig(disparities=labels, arithmetic=Arithmetic.LINEAR)
     rng = np.random.default_rng(3)

@@ -1,0 +1,135 @@
+# amaranth: UnusedElaboratable=no
+"""The matcher with the streaming engine; its blocks have tests of their own."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from amaranth import *
+
+from golden.config import WEIGHT_MAX, Arithmetic, Engine, MatcherConfig
+from golden.labelling import match
+from golden.scenes import discriminates, scene
+from hdl.matcher import Matcher
+from sim.cases import comparable, noise, pixel_words
+from sim.streams import run_stream
+
+from .test_hdl_lines import MAX_WIDTH, RAGGED, repaired
+from .test_hdl_matcher import golden_words, run_script, set_weights
+
+
+def config_of(labels, max_width, **settings):
+    return MatcherConfig(disparities=labels, max_width=max_width, arithmetic=Arithmetic.LINEAR, engine=Engine.STREAMING, **settings)
+
+
+@pytest.mark.parametrize("stall", [0.0, 0.3])
+@pytest.mark.parametrize("labels, fraction_bits, width, height, max_width", [
+    (2, 0, 1, 1, 1),
+    (2, 4, 5, 3, 5),
+    (3, 3, 11, 4, 16),
+    (6, 0, 12, 5, 12),
+    (6, 3, 1, 9, 3),        # one column
+    (13, 1, 5, 3, 27),      # narrower than its labels
+    (13, 3, 27, 5, 27),
+    (13, 2, 40, 1, 64),     # one line
+    (26, 3, 70, 4, 70),     # the top label reads its costs long after label 0
+])
+def test_matches_golden(labels, fraction_bits, width, height, max_width, stall):
+    """A scene, and noise of other sizes before and after it, in a row; where it is wide enough all labels win."""
+    config = config_of(labels, max_width, fraction_bits=fraction_bits)
+    left, right, _ = scene(width, height, labels, seed=5)
+    if width >= 2 * labels and height > 1:
+        assert discriminates(match(left, right, config), config)
+    pairs = [noise(max(1, width // 2), 2, seed=1), (left, right), noise(min(3, max_width), 1, seed=2), noise(max_width, 2, seed=3)]
+    out = run_stream(Matcher(config), [word for pair in pairs for word in pixel_words(*pair)], rng=np.random.default_rng(1),
+                     stall_i=stall, stall_o=stall)
+    assert [comparable(word) for word in out] == [word for pair in pairs for word in golden_words(*pair, config)]
+
+
+def test_long_stalls():
+    """Everything fills up, then runs dry; nothing is lost."""
+    config = config_of(13, 30)
+    pairs = [scene(30, 4, 13, seed=6)[:2], noise(30, 3, seed=7)]
+    out = run_stream(Matcher(config), [word for pair in pairs for word in pixel_words(*pair)], rng=np.random.default_rng(2), stall_o=0.95)
+    assert [comparable(word) for word in out] == [word for pair in pairs for word in golden_words(*pair, config)]
+
+
+@pytest.mark.parametrize("labels, width", [(6, 60), (13, 100)])
+def test_one_pixel_a_clock(labels, width):
+    """Inside a line no clock is lost, between lines two are; latency is within its bound."""
+    config = config_of(labels, width)
+    dut = Matcher(config)
+    height = 4
+    cycles = {}
+    run_stream(dut, pixel_words(*noise(width, height, 1)), rng=np.random.default_rng(1), cycles=cycles)
+    gaps = np.diff(cycles["o"]).reshape(-1)
+    assert np.delete(gaps, slice(width - 1, None, width)).tolist() == [1] * (height * (width - 1))
+    assert gaps[width - 1::width].tolist() == [3] * (height - 1)
+    latency = np.subtract(cycles["o"], cycles["i"])
+    assert latency.max() <= 2 * width + dut.latency_clocks
+
+
+def test_latency_at_80_labels():
+    assert Matcher(config_of(80, 720)).latency_clocks <= 400
+
+
+def test_weights():
+    config = config_of(6, 40)
+    left, right, _ = scene(40, 4, 6, seed=1)
+    sets = [config.weights, (0, WEIGHT_MAX, 0), (WEIGHT_MAX, 0, 1), (3, 0, WEIGHT_MAX)]
+    expected = [golden_words(left, right, replace(config, **dict(zip(("u1", "u2", "u3"), weights)))) for weights in sets]
+    assert all(a != b for n, a in enumerate(expected) for b in expected[:n])
+    dut = Matcher(config)
+
+    async def script(ctx, send_words, given):
+        for number in range(len(sets)):
+            await send_words(pixel_words(left, right))
+            while len(given) < number * left.size + 1:  # the frame has begun to leave
+                await ctx.tick()
+            if number + 1 < len(sets):
+                await set_weights(ctx, dut, sets[number + 1])
+
+    given, errors = run_script(dut, script, len(sets) * left.size)
+    assert given == [word for words in expected for word in words]
+    assert not any(errors)
+
+
+@pytest.mark.parametrize("case", RAGGED)
+def test_ragged(case):
+    """``error`` comes up; frames around the one at fault are exact, and it comes out rectangular, as golden labels it."""
+    config = config_of(3, MAX_WIDTH)
+    before, after = noise(5, 3, 20), noise(5, 4, 21)
+    words = [*pixel_words(*before), *RAGGED[case][0], *pixel_words(*after)]
+    frames, _ = repaired(words)
+    expected = [word for pair in frames for word in golden_words(*pair, config)]
+
+    async def script(ctx, send_words, given):
+        await send_words(words)
+
+    given, errors = run_script(Matcher(config), script, len(expected), stall=0.2)
+    assert given == expected
+    assert any(errors)
+
+
+@pytest.mark.parametrize("cut", [1, 40, 75, 100, 119])
+def test_reset_in_mid_frame(cut):
+    """Of the frame before a reset nothing more comes; the next one is exact."""
+    config = config_of(6, 40)
+    left, right, _ = scene(40, 3, 6, seed=1)
+    reset = Signal()
+    before = []
+    dut = Matcher(config)
+
+    async def script(ctx, send_words, given):
+        await send_words(pixel_words(left, right)[:cut])
+        ctx.set(reset, 1)
+        await ctx.tick()
+        ctx.set(reset, 0)
+        before.extend(given)
+        await send_words(pixel_words(left, right))
+        while len(given) < len(before) + left.size:
+            await ctx.tick()
+        await ctx.tick().repeat(100)
+
+    given, _ = run_script(dut, script, elaboratable=ResetInserter(reset)(dut))
+    assert given[len(before):] == golden_words(left, right, config)
