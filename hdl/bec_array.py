@@ -11,16 +11,11 @@ from amaranth.lib.wiring import In, Out
 
 from golden.config import PIXEL_BITS, PIXEL_MAX, MatcherConfig
 
-from .delay import Delay
+from .delay import Delay, add_with_carry
 from .stream import Column, Least
 
 
 __all__ = ["BecArray", "BecCell", "BecGroup", "BecWave"]
-
-
-def add_with_carry(a, b, carry):
-    """``a + b + carry`` in one carry chain: the bit below the lowest makes the carry."""
-    return (Cat(Const(1, 1), a) + Cat(carry, b)) >> 1
 
 
 class BecWave(data.StructLayout):

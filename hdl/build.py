@@ -10,23 +10,20 @@ from amaranth.hdl import Value
 from amaranth.lib.wiring import Flow
 from rich.console import Console
 
-from boards import cyclone3
-from golden.cli import Parser, add_gateware_options, gateware_config
-from golden.config import MatcherConfig
+from golden.cli import Parser
 from golden.errors import UserError, run_cli
 from golden.files import atomic, check_output
 
 from .emit import verilog_text
 from .matcher import Matcher
+from .options import BOARDS, add_design_options, design_config
 from .system import MatcherSystem
 
 
 __all__ = ["main"]
 
 
-BOARDS = {"cyclone3": cyclone3}
 FRAMES_PER_SECOND = 25  # PAL
-HEIGHTS = range(1, 4097)
 
 
 def ports_of(component):
@@ -41,8 +38,6 @@ def manifest_of(name, matcher, ports, height, arguments):
     """What a machine wants to know of the build."""
     config = matcher.config
     clocks = matcher.clocks_per_pixel
-    # Two lines of the store and of the engine leave after the frame; every line starts with a few cycles of its own.
-    line_clocks = (config.max_width + 2) * clocks
     return {
         "top": name,
         "engine": str(config.engine),
@@ -52,7 +47,7 @@ def manifest_of(name, matcher, ports, height, arguments):
         },
         "clocks_per_pixel": clocks,
         "latency_clocks": 2 * config.max_width * clocks + matcher.latency_clocks,
-        "clock_mhz_for_25_frames": round(FRAMES_PER_SECOND * (height + 2) * line_clocks / 1e6, 2),
+        "clock_mhz_for_25_frames": round(FRAMES_PER_SECOND * matcher.frame_clocks(config.max_width, height) / 1e6, 2),
         "ports": {port: {"direction": direction, "width": width} for port, (direction, width) in ports.items()},
         **arguments,
     }
@@ -75,20 +70,11 @@ def _run(argv: Sequence[str] | None) -> int:
     what = parser.add_mutually_exclusive_group(required=True)
     what.add_argument("--board", metavar="|".join(BOARDS), help="a Quartus project for this board")
     what.add_argument("--core", action="store_true", help="the bare matcher with its streams, for a design of your own")
-    parser.add_argument("--width", type=int, default=720, metavar="PIXELS", help="longest line, 1 to 4096 (default: %(default)s)")
-    parser.add_argument("--height", type=int, default=576, metavar="LINES",
-                        help="lines of a frame, 1 to 4096, for the manifest's clock rate: the matcher takes any (default: %(default)s)")
-    parser.add_argument("--disparities", type=int, default=80, metavar="D", help="labels, 2 to 256, sequential engine to 128 (default: %(default)s)")
     parser.add_argument("--output", type=Path, metavar="DIR", help="default: build/cyclone3 or build/core")
-    add_gateware_options(parser)
+    add_design_options(parser)
     options = parser.parse_args(argv)
 
-    if options.board is not None and options.board not in BOARDS:
-        raise UserError(f"there is no board {options.board!r}; choose one of: {', '.join(BOARDS)}")
-    for option, value, limits in (("--width", options.width, MatcherConfig.WIDTHS), ("--height", options.height, HEIGHTS)):
-        if value not in limits:
-            raise UserError(f"{option} must be a whole number from {limits[0]} to {limits[-1]}, not {value}; choose a value in that range")
-    config = gateware_config(options, options.disparities, max_width=options.width)
+    config = design_config(options)
     name = "stereo" if options.board else "matcher"
     folder = options.output or Path("build") / (options.board or "core")
     _check_folder(folder)

@@ -6,7 +6,7 @@ from amaranth.lib.wiring import In, Out
 
 from golden.config import PIXEL_BITS, WEIGHT_BITS, MatcherConfig
 
-from .delay import Delay, multiply
+from .delay import Delay, add_with_carry, multiply
 from .label_array import DownWave, UpWave
 
 
@@ -32,7 +32,7 @@ class Cones(wiring.Component):
 
     Width: exact but for the slopes' floor. Multipliers: none; products are sums of shifted rows.
 
-    Timing: latency :meth:`latency_of` cycles, a pixel a cycle. ``weights`` belong to the pixel of the cycle before.
+    Timing: latency :meth:`latency_of` cycles, a pixel a cycle.
 
     Members
     -------
@@ -53,9 +53,9 @@ class Cones(wiring.Component):
 
     @staticmethod
     def latency_of(config: MatcherConfig):
-        """Cycles from neighbours to waves: likeness, product, slope, product, sums, steps."""
+        """Cycles from neighbours to waves: difference, likeness, product, slope, product, sums, steps."""
         label_bits = (config.disparities - 1).bit_length()
-        return 1 + (WEIGHT_BITS - 1).bit_length() + 1 + max((label_bits - 1).bit_length(), 1) + 2
+        return 2 + (WEIGHT_BITS - 1).bit_length() + 1 + max((label_bits - 1).bit_length(), 1) + 2
 
     def elaborate(self, platform):
         m = Module()
@@ -65,10 +65,18 @@ class Cones(wiring.Component):
 
         # Likeness 256 - |dI|, 0 without a neighbour; slope.
         slopes = []
-        for name, weight, neighbour in zip(("w1", "w2", "w3"), self.weights, ("left", "upper", "lower"), strict=True):
+        m.submodules.weights = weights = Delay(self.weights.shape(), 2)
+        m.d.comb += weights.i.eq(self.weights)
+        for name, weight, neighbour in zip(("w1", "w2", "w3"), weights.o, ("left", "upper", "lower"), strict=True):
             pixel, grey = self.i.pixel, self.i[neighbour]
-            likeness = Signal(range(257), name=f"likeness_{neighbour}", reset_less=True)
-            m.d.sync += likeness.eq(Mux(self.i[f"has_{neighbour}"], 256 - Mux(pixel > grey, pixel - grey, grey - pixel), 0))
+            difference = Signal(signed(PIXEL_BITS + 1), name=f"difference_{neighbour}", reset_less=True)
+            present    = Signal(name=f"present_{neighbour}", reset_less=True)
+            likeness   = Signal(range(257), name=f"likeness_{neighbour}", reset_less=True)
+            m.d.sync += [difference.eq(pixel - grey), present.eq(self.i[f"has_{neighbour}"])]
+            # -|v| is v itself, or ~v + 1.
+            positive = ~difference[-1]
+            complement = difference ^ positive.replicate(PIXEL_BITS + 1)
+            m.d.sync += likeness.eq(Mux(present, add_with_carry(complement, Const(256, PIXEL_BITS + 1), positive)[:PIXEL_BITS + 1], 0))
             product, product_latency = multiply(m, f"product_{name}", likeness, weight)
             slope = Signal(slope_shape, name=name, reset_less=True)
             m.d.sync += slope.eq((product << config.fraction_bits + 1) >> 8)
@@ -77,7 +85,7 @@ class Cones(wiring.Component):
 
         # Above the first line there is none: its cone is flat, but no unwritten word may decide where its vertex is.
         vertices = data.StructLayout({"upper": range(labels), "lower": range(labels)})
-        m.submodules.vertices = at_slopes = Delay(vertices, 1 + product_latency + 1)
+        m.submodules.vertices = at_slopes = Delay(vertices, 2 + product_latency + 1)
         m.d.comb += [at_slopes.i.upper.eq(Mux(self.i.has_upper, self.i.upper_label, 0)), at_slopes.i.lower.eq(self.i.lower_label)]
 
         # The cones at label 0.
@@ -118,5 +126,5 @@ class Cones(wiring.Component):
         ramp, ramp_latency = multiply(m, "ramp", w1, Const(2 * (labels - 1)))
         m.submodules.ramp = at_top = Delay(self.down.ramp.shape(), cone_latency + 2 - ramp_latency)
         m.d.comb += [at_top.i.eq(ramp), self.down.ramp.eq(at_top.o)]
-        assert 1 + product_latency + 1 + cone_latency + 2 == self.latency_of(config)
+        assert 2 + product_latency + 1 + cone_latency + 2 == self.latency_of(config)
         return m

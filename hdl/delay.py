@@ -1,4 +1,4 @@
-"""Fixed delays, and multiplication by shifted additions."""
+"""Fixed delays, and sums shaped for carry chains."""
 
 from amaranth import *
 from amaranth.lib import wiring
@@ -6,7 +6,7 @@ from amaranth.lib.memory import Memory
 from amaranth.lib.wiring import In, Out
 
 
-__all__ = ["Delay", "multiply"]
+__all__ = ["Delay", "add_with_carry", "multiply"]
 
 
 class Delay(wiring.Component):
@@ -73,6 +73,11 @@ class Delay(wiring.Component):
         else:
             m.d.comb += self.o.eq(read_port.data)
         return m
+
+
+def add_with_carry(a, b, carry):
+    """``a + b + carry`` in one carry chain: the bit below the lowest makes the carry."""
+    return (Cat(Const(1, 1), a) + Cat(carry, b)) >> 1
 
 
 def multiply(m, name, a, b):

@@ -60,6 +60,16 @@ class Matcher(wiring.Component):
         """Cycles a pixel inside a line."""
         return self.engine.clocks_per_pixel
 
+    def frame_clocks(self, width, height):
+        """Cycles from one frame's first disparity to the next one's, if pixels are offered and disparities taken without a pause.
+
+        A bound that is reached but for a few cycles a line. The line that arrives before the first can be labelled takes its time too.
+        """
+        if self.streaming:
+            return (height + 2) * (width + 2)
+        # The first line fills the Edata memory at BEC's pace; then a line is labelled as the one below it arrives.
+        return width * self.bec.clocks_per_pixel + height * width * self.clocks_per_pixel + (height + 1) * self.engine.line_clocks
+
     @property
     def latency_clocks(self):
         """Bound of a disparity's latency beyond two lines of ``clocks_per_pixel`` a pixel, in cycles.

@@ -101,6 +101,11 @@ class SequentialEngine(wiring.Component):
         """Cycles of the loop."""
         return Smooth.LATENCY + CostSummation.LATENCY + self.tree.latency
 
+    @property
+    def line_clocks(self):
+        """Most cycles that a line costs beyond its pixels': the feeder starts when the loop is done."""
+        return 1 + Smooth.PIXEL_LATENCY + CostSummation.EARLY_LATENCY
+
     def elaborate(self, platform):
         m = Module()
         config = self.config

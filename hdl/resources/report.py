@@ -1,0 +1,137 @@
+"""How counts are shown: a table for people, JSON for machines."""
+
+import re
+from collections import Counter
+from collections.abc import Iterable
+from typing import Any
+
+from rich.console import Console
+from rich.table import Table
+
+from .clock import DEVICE as CLOCK_DEVICE
+from .clock import Clock
+from .count import FIGURES, Count, Resources
+
+
+__all__ = ["THESIS", "TITLES", "as_json", "clock_text", "method", "show", "table", "tree"]
+
+
+#: Table 2 of the thesis, at 720x576 and 80 disparities. It gives no number of memory blocks.
+THESIS = {"logic_elements": 66_123, "memory_bits": 1_901_632, "multipliers_9x9": 480}
+
+_MANY = 4
+TITLES = {"logic_elements": "logic elements", "memory_bits": "memory bits", "m9k": "M9K", "multipliers_9x9": "9x9 multipliers"}
+
+
+def method(count: Count) -> str:
+    """What the count rests on, and how far it can be off."""
+    kinds = count.kinds
+    total = count.total.logic_elements
+    return (
+        f"Method: flattened and mapped by Yosys and ABC; no vendor tool took part. {kinds['tables']:,} tables of 4 inputs, "
+        f"{kinds['carry_elements']:,} carry elements (one a bit; one more where a carry goes to more than one place) and "
+        f"{kinds['registers']:,} registers, of which {kinds['packed_registers']:,} share the element that feeds them. A register shares "
+        "even if its element feeds others too: an element of this family drives out both. Clock enable and synchronous clear cost "
+        "no table. "
+        f"{kinds['registers_in_blocks']:,} registers are those that multipliers and memory blocks have at their outputs. "
+        "A table counts for the block of what it leads to; if these are several, for the block around them. "
+        "Memory bits: words times bits of the memories that go into blocks; smaller ones are registers.\n"
+        "Error: packing registers with unrelated tables too gives at best "
+        f"{count.least:,} logic elements ({_percent(count.least, total)}), packing only where a table feeds nothing else "
+        f"{count.most:,} ({_percent(count.most, total)}). Not in these bounds: Quartus optimises logic by other means, duplicates "
+        "registers, and may turn shift registers into memory; what it folds into an element in arithmetic mode beyond an inverter "
+        "costs a table of its own here."
+    )
+
+
+def _percent(value: int, reference: int) -> str:
+    return f"{100 * (value - reference) / reference:+.1f} %" if reference else "-"
+
+
+def _add(figures: Iterable[Resources]) -> Resources:
+    return Resources(*map(sum, zip(Resources(), *figures, strict=True)))
+
+
+def tree(blocks: dict[str, Resources]) -> dict[str, tuple[int, Resources]]:
+    """Paths as a table shows them: a block includes those inside it; many blocks whose names differ in a number only are one row.
+
+    Returns
+    -------
+    dict
+        Path, with ``*`` for such a number, to how many blocks the row stands for and their figures.
+    """
+    paths = sorted({".".join(path.split(".")[:depth]) for path in blocks for depth in range(1, path.count(".") + 2)})
+    alike = Counter(map(_without_numbers, paths))
+    rows: dict[str, list[str]] = {}
+    for path in paths:
+        names = path.split(".")
+        prefixes = [_without_numbers(".".join(names[:depth + 1])) for depth in range(len(names))]
+        row = ".".join(_without_numbers(name) if alike[prefix] > _MANY else name for name, prefix in zip(names, prefixes, strict=True))
+        rows.setdefault(row, []).append(path)
+    result = {}
+    for row, members in rows.items():
+        inside = [figures for path, figures in blocks.items() if any(path == member or path.startswith(member + ".") for member in members)]
+        result[row] = len(members), _add(inside)
+    return result
+
+
+def _without_numbers(path: str) -> str:
+    """The path with ``*`` for the numbers that its names end with."""
+    return re.sub(r"(_?\d+)+(?=\.|$)", "*", path)
+
+
+def table(count: Count, capacity: dict[str, int], device: str, title: str, thesis: bool) -> Table:
+    """Blocks, total, device and, if ``thesis``, Table 2."""
+    shown = Table(title=title, title_justify="left")
+    shown.add_column("block", no_wrap=True, overflow="fold")
+    for figure in FIGURES:
+        shown.add_column(TITLES[figure], justify="right")
+    for path, (number, figures) in tree(count.blocks).items():
+        name = "  " * path.count(".") + path.rpartition(".")[2] + (f" ({number})" if number > 1 else "")
+        shown.add_row(name, *(f"{value:,}" for value in figures))
+    shown.add_section()
+    total = count.total._asdict()
+    shown.add_row("total", *(f"{total[figure]:,}" for figure in FIGURES), style="bold")
+    shown.add_row(device, *(f"{capacity[figure]:,}" for figure in FIGURES))
+    shown.add_row("used", *(f"{100 * total[figure] / capacity[figure]:.1f} %" for figure in FIGURES))
+    if thesis:
+        known = {figure: f"{value:,}" for figure, value in THESIS.items()}
+        share = {figure: f"{100 * total[figure] / value:.1f} %" for figure, value in THESIS.items()}
+        shown.add_row("thesis, table 2", *(known.get(figure, "-") for figure in FIGURES))
+        shown.add_row("of the thesis's", *(share.get(figure, "-") for figure in FIGURES))
+    return shown
+
+
+def clock_text(clock: Clock) -> str:
+    """The clock rate and the worst path, in words."""
+    lines = [
+        f"Clock: {clock.mhz:.1f} MHz, by nextpnr on an {CLOCK_DEVICE}: a stand-in, no open tool routes a Cyclone III. Ports are registers.",
+        f"Worst path: {clock.logic:.2f} ns of logic, {clock.routing:.2f} ns of routing, through",
+        *(f"  {name}" for name in clock.path),
+    ]
+    if clock.soft_multipliers:
+        lines.insert(1, "The device has too few multipliers for the design; they are made of tables here.")
+    return "\n".join(lines)
+
+
+def as_json(count: Count, clock: Clock | None, about: dict[str, Any], capacity: dict[str, int]) -> dict[str, Any]:
+    """The same for machines. Figures of a block leave out the blocks inside it, so that all of them add up to the total."""
+    document = {
+        **about,
+        "total": count.total._asdict(),
+        "blocks": {path: figures._asdict() for path, figures in count.blocks.items()},
+        "logic_elements_between": [count.least, count.most],
+        "elements": count.kinds,
+        "capacity": {figure: capacity[figure] for figure in FIGURES},
+        "thesis_table_2": THESIS,
+        "method": method(count),
+    }
+    if clock is not None:
+        document |= {"clock_mhz": round(clock.mhz, 2), "clock_device": CLOCK_DEVICE, "worst_path": clock.worst_path}
+    return document
+
+
+def show(console: Console, count: Count, capacity: dict[str, int], device: str, title: str, thesis: bool) -> None:
+    """Print table and method."""
+    console.print(table(count, capacity, device, title, thesis))
+    console.print(method(count), highlight=False)

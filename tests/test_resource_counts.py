@@ -1,0 +1,128 @@
+"""Counts of small matchers, exact and per block: better or worse, a change is written down.
+
+``python -m tests.test_resource_counts`` prints what to put here.
+"""
+
+import pytest
+
+from golden.config import Arithmetic, Engine, MatcherConfig
+from hdl.matcher import Matcher
+from hdl.resources.count import Resources, count
+from hdl.resources.mapping import map_cyclone3
+
+
+CONFIGS = {
+    "sequential thesis": MatcherConfig(disparities=6, max_width=64),
+    "sequential linear": MatcherConfig(disparities=6, max_width=64, arithmetic=Arithmetic.LINEAR),
+    "streaming linear": MatcherConfig(disparities=6, max_width=64, arithmetic=Arithmetic.LINEAR, engine=Engine.STREAMING),
+}
+
+# Logic elements, memory bits, M9K blocks, 9x9 multipliers, without those of the blocks inside.
+COUNTS: dict[str, dict[str, tuple[int, int, int, int]]] = {
+    "sequential thesis": {
+        "matcher": (54, 0, 0, 0),
+        "matcher.bec": (5, 0, 0, 0),
+        "matcher.bec.buffers": (254, 0, 0, 0),
+        "matcher.bec.comparison": (176, 0, 0, 0),
+        "matcher.bec.cost_energy": (795, 0, 0, 0),
+        "matcher.bec.edata": (349, 0, 0, 0),
+        "matcher.bec.sub_pixels": (181, 0, 0, 0),
+        "matcher.engine": (92, 192, 1, 0),
+        "matcher.engine.comparison": (194, 0, 0, 0),
+        "matcher.engine.edata_memory": (1, 5248, 3, 0),
+        "matcher.engine.smooth1": (54, 0, 0, 6),
+        "matcher.engine.smooth1.look_up_table": (93, 324, 2, 0),
+        "matcher.engine.smooth2": (54, 0, 0, 6),
+        "matcher.engine.smooth2.look_up_table": (96, 324, 2, 0),
+        "matcher.engine.smooth3": (54, 0, 0, 6),
+        "matcher.engine.smooth3.look_up_table": (96, 324, 2, 0),
+        "matcher.engine.summation": (204, 0, 0, 0),
+        "matcher.line_store": (76, 2048, 2, 0),
+        "matcher.line_store.plus_fifo": (50, 589, 1, 0),
+    },
+    "sequential linear": {
+        "matcher": (51, 0, 0, 0),
+        "matcher.bec": (4, 0, 0, 0),
+        "matcher.bec.buffers": (282, 0, 0, 0),
+        "matcher.bec.comparison": (191, 0, 0, 0),
+        "matcher.bec.cost_energy": (891, 0, 0, 0),
+        "matcher.bec.edata": (379, 0, 0, 0),
+        "matcher.bec.sub_pixels": (181, 0, 0, 0),
+        "matcher.engine": (108, 192, 1, 0),
+        "matcher.engine.comparison": (254, 0, 0, 0),
+        "matcher.engine.edata_memory": (1, 5632, 3, 0),
+        "matcher.engine.smooth1": (430, 0, 0, 0),
+        "matcher.engine.smooth2": (432, 0, 0, 0),
+        "matcher.engine.smooth3": (431, 0, 0, 0),
+        "matcher.engine.summation": (258, 0, 0, 0),
+        "matcher.line_store": (78, 2048, 2, 0),
+        "matcher.line_store.plus_fifo": (50, 589, 1, 0),
+    },
+    "streaming linear": {
+        "matcher": (47, 0, 0, 0),
+        "matcher.engine": (192, 704, 2, 0),
+        "matcher.engine.admitted$88": (6, 0, 0, 0),
+        "matcher.engine.array": (59, 0, 0, 0),
+        "matcher.engine.array.align_0_1": (3, 0, 0, 0),
+        "matcher.engine.array.align_0_2": (6, 0, 0, 0),
+        "matcher.engine.array.align_0_3": (9, 0, 0, 0),
+        "matcher.engine.array.align_0_4": (3, 0, 0, 0),
+        "matcher.engine.array.align_5": (3, 0, 0, 0),
+        "matcher.engine.array.down_0": (35, 0, 0, 0),
+        "matcher.engine.array.down_1": (66, 0, 0, 0),
+        "matcher.engine.array.down_2": (77, 0, 0, 0),
+        "matcher.engine.array.down_3": (169, 0, 0, 0),
+        "matcher.engine.array.down_4": (77, 0, 0, 0),
+        "matcher.engine.array.down_5": (61, 0, 0, 0),
+        "matcher.engine.array.down_delay": (4, 138, 1, 0),
+        "matcher.engine.array.up_0": (119, 0, 0, 0),
+        "matcher.engine.array.up_1": (135, 0, 0, 0),
+        "matcher.engine.array.up_2": (138, 0, 0, 0),
+        "matcher.engine.array.up_3": (136, 0, 0, 0),
+        "matcher.engine.array.up_4": (96, 0, 0, 0),
+        "matcher.engine.array.up_5": (54, 0, 0, 0),
+        "matcher.engine.array.wait_0": (6, 153, 1, 0),
+        "matcher.engine.array.wait_1": (4, 126, 1, 0),
+        "matcher.engine.array.wait_2": (4, 95, 1, 0),
+        "matcher.engine.array.wait_3": (3, 0, 0, 0),
+        "matcher.engine.array.wait_4": (38, 0, 0, 0),
+        "matcher.engine.bec": (83, 7128, 6, 0),
+        "matcher.engine.bec.group_0": (238, 0, 0, 0),
+        "matcher.engine.bec.group_0.label_0": (170, 0, 0, 0),
+        "matcher.engine.bec.group_0.label_1": (170, 0, 0, 0),
+        "matcher.engine.bec.group_0.label_2": (170, 0, 0, 0),
+        "matcher.engine.bec.group_0.label_3": (170, 0, 0, 0),
+        "matcher.engine.bec.group_4": (94, 0, 0, 0),
+        "matcher.engine.bec.group_4.label_4": (170, 0, 0, 0),
+        "matcher.engine.bec.group_4.label_5": (170, 0, 0, 0),
+        "matcher.engine.bec.store_delay": (5, 0, 0, 0),
+        "matcher.engine.beside": (6, 176, 1, 0),
+        "matcher.engine.cones": (828, 0, 0, 0),
+        "matcher.engine.cones.beside": (74, 0, 0, 0),
+        "matcher.engine.cones.ramp": (24, 0, 0, 0),
+        "matcher.engine.cones.vertices": (3, 0, 0, 0),
+        "matcher.engine.output": (37, 192, 1, 0),
+        "matcher.engine.queue": (69, 480, 1, 0),
+        "matcher.engine.source": (169, 0, 0, 0),
+        "matcher.engine.turn": (9, 240, 1, 0),
+        "matcher.line_store": (79, 2048, 2, 0),
+        "matcher.line_store.plus_fifo": (50, 589, 1, 0),
+    },
+}
+
+
+def blocks_of(config):
+    return count(map_cyclone3(Matcher(config), "matcher")).blocks
+
+
+@pytest.mark.parametrize("name", CONFIGS)
+def test_counts(name):
+    assert blocks_of(CONFIGS[name]) == {block: Resources(*figures) for block, figures in COUNTS[name].items()}
+
+
+if __name__ == "__main__":
+    for name, config in CONFIGS.items():
+        print(f'    "{name}": {{')
+        for block, figures in blocks_of(config).items():
+            print(f'        "{block}": {tuple(figures)},')
+        print("    },")
