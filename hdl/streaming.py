@@ -151,6 +151,11 @@ class StreamingEngine(wiring.Component):
         return 1 + Cones.latency_of(self.config)
 
     @property
+    def round_trip(self):
+        """Cycles from a pixel's admission to that of the pixel below it, at least."""
+        return self.admission_latency + self.array.latency + 3
+
+    @property
     def latency(self):
         """Cycles from the wave that completes the pixel below to a disparity at ``o``, if nothing waits."""
         return 1 + BecArray.latency_of(self.config) + 2 + self.admission_latency + self.array.latency + 3

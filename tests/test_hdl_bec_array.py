@@ -23,13 +23,17 @@ def waves_of(left, right, rng, stall):
                 # A bubble: what it carries must not matter.
                 yield {"wave": {"valid": 0, "pre": int(rng.integers(2)), "inside": 1,
                                 "left": dict.fromkeys(NAMES, int(rng.integers(256))), "right": dict.fromkeys(NAMES, 0)}, "store": 0}, None
-            sides = {side: dict(zip(NAMES, lines[y][min(max(x, 0), width - 1)])) for side, lines in zip(("left", "right"), columns)}
+            column = min(max(x, 0), width - 1)
+            sides = {side: dict(zip(NAMES, lines[y][column])) for side, lines in zip(("left", "right"), columns)}
             done = x >= 1
-            yield {"wave": {"valid": 1, "pre": int(x < 0), "inside": int(x >= 0), **sides}, "store": int(done)}, (y, x - 1) if done else None
+            wave = {"valid": 1, "pre": int(x < 0), "inside": int(x >= 0), **sides}
+            yield {"wave": wave, "store": int(done)}, (y, x - 1) if done else None
 
 
 @pytest.mark.parametrize("stall", [0.0, 0.4])
-@pytest.mark.parametrize("labels, width, height", [(2, 1, 1), (2, 6, 3), (3, 9, 2), (4, 5, 3), (5, 12, 3), (13, 30, 2), (13, 4, 3), (18, 40, 2), (33, 70, 1)])
+@pytest.mark.parametrize("labels, width, height", [
+    (2, 1, 1), (2, 6, 3), (3, 9, 2), (4, 5, 3), (5, 12, 3), (13, 30, 2), (13, 4, 3), (18, 40, 2), (33, 70, 1),
+])
 def test_matches_golden(labels, width, height, stall):
     config = MatcherConfig(disparities=labels, arithmetic=Arithmetic.LINEAR)
     rng = np.random.default_rng(3)

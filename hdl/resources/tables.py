@@ -104,11 +104,12 @@ def _run(argv: Sequence[str] | None) -> int:
     text = [
         "# Tables 2 and 3 of the thesis, and ours", "",
         "Written by `python -m hdl.resources.tables`. The count is ours, on Yosys passes; `python -m hdl.resources` states the method and",
-        "its error, and counts each block. The sequential engine is counted with the thesis's arithmetic, the streaming engine with `linear`.", "",
+        "its error, and counts each block. The sequential engine is counted with the thesis's arithmetic, the streaming engine with",
+        "`linear`.", "",
         "## Table 2: resources", "", *_table_2(counts), "",
         "## Table 3: rate", "",
-        "Our rows are at the clock rate that nextpnr reaches on an ECP5-85F, speed 6, for the whole matcher: a stand-in, because no open tool",
-        "routes a Cyclone III. Blanking between lines and frames is included.", "", *_table_3(clocks), "",
+        "Our rows are at the clock rate that nextpnr reaches on an ECP5-85F, speed 6, for the whole matcher: a stand-in, because no open",
+        "tool routes a Cyclone III. Blanking between lines and frames is included.", "", *_table_3(clocks), "",
     ]
     with atomic(options.output) as file:
         file.write("\n".join(text).encode())

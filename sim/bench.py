@@ -1,0 +1,94 @@
+"""How long a frame takes in simulation, for every engine in one run: ``python -m sim.bench``."""
+
+import sys
+import tempfile
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+from rich.console import Console
+from rich.table import Table
+
+from golden.cli import Parser, progress
+from golden.config import Arithmetic, Engine, MatcherConfig
+from golden.errors import UserError, run_cli
+from golden.labelling import match
+from golden.scenes import scene
+
+from .harness import Result, simulate
+from .simulators import SIMULATORS, SimulationError, require
+
+
+__all__ = ["main"]
+
+
+def _run(argv: Sequence[str] | None) -> int:
+    parser = Parser(prog="python -m sim.bench", description=__doc__)
+    parser.add_argument("--width", type=int, default=720, metavar="PIXELS", help="default: %(default)s")
+    parser.add_argument("--height", type=int, default=576, metavar="LINES", help="default: %(default)s")
+    parser.add_argument("--disparities", type=int, default=80, metavar="D", help="default: %(default)s")
+    parser.add_argument("--simulator", choices=SIMULATORS, default=SIMULATORS[0], help="default: %(default)s")
+    options = parser.parse_args(argv)
+    if options.height not in range(1, 4097):
+        raise UserError(f"--height must be a whole number from 1 to 4096, not {options.height}; choose a value in that range")
+    try:
+        configs = [MatcherConfig(disparities=options.disparities, arithmetic=Arithmetic.LINEAR, max_width=options.width, engine=engine)
+                   for engine in Engine]
+    except ValueError as error:
+        raise UserError(f"{error}; choose a value in that range") from None
+    if options.disparities not in MatcherConfig.SEQUENTIAL_DISPARITIES:
+        raise UserError(f"--disparities must be at most {MatcherConfig.SEQUENTIAL_DISPARITIES[-1]}, not {options.disparities}: "
+                        "both engines are run; choose fewer")
+    require(options.simulator)
+
+    left, right, _ = scene(options.width, options.height, options.disparities, seed=1)
+    expected = match(left, right, configs[0])
+    results: list[Result] = []
+    mismatches = 0
+    with progress() as bar:
+        task = bar.add_task("", total=len(configs) * options.height)
+        for number, config in enumerate(configs):
+            with tempfile.TemporaryDirectory(prefix="bench-") as work:
+                result = simulate(config, [left], [right], simulator=options.simulator, work_dir=Path(work),
+                                  stage=lambda text, config=config: bar.update(task, description=f"{config.engine}: {text}"),
+                                  progress=lambda lines, number=number: bar.update(task, completed=number * options.height + lines))
+            mismatches += int(np.count_nonzero(result.labels[0] != expected))
+            results.append(result)
+
+    table = Table(title=f"{options.width}x{options.height}, {options.disparities} disparities, one frame on {options.simulator}",
+                  title_justify="left")
+    table.add_column("")
+    for config in configs:
+        table.add_column(str(config.engine), justify="right")
+    frames = [result.frames[0] for result in results]
+    for title, cells in (
+        ("seconds", [f"{result.seconds:.2f}" for result in results]),
+        ("of the sequential engine's", [f"{result.seconds / results[0].seconds:.2f}" for result in results]),
+        ("clocks", [f"{result.report['clocks']:,}" for result in results]),
+        ("clocks a second", [f"{result.clocks_per_second:,.0f}" for result in results]),
+        ("clocks a pixel", [f"{frame.clocks_per_pixel:.4f}" for frame in frames]),
+        ("latency, clocks", [f"{frame.latency:,}" for frame in frames]),
+        ("seconds of output and build", [f"{result.build_seconds:.0f}" for result in results]),
+    ):
+        table.add_row(title, *cells)
+    console = Console()
+    console.print(table)
+    console.print(f"Mismatching pixels against golden: {mismatches}", highlight=False)
+    return 1 if mismatches else 0
+
+
+def _main(argv: Sequence[str] | None) -> int:
+    try:
+        return _run(argv)
+    except SimulationError as error:
+        print(f"sim.bench: {error}", file=sys.stderr)
+        return 1
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Entry point; the exit status."""
+    return run_cli(_main, argv, "sim.bench")
+
+
+if __name__ == "__main__":
+    sys.exit(main())
