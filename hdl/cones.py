@@ -65,7 +65,7 @@ class Cones(wiring.Component):
 
         # Likeness 256 - |dI|, 0 without a neighbour; slope.
         slopes = []
-        m.submodules.weights = weights = Delay(self.weights.shape(), 2)
+        m.submodules.weights_delay = weights = Delay(self.weights.shape(), 2)
         m.d.comb += weights.i.eq(self.weights)
         for name, weight, neighbour in zip(("w1", "w2", "w3"), weights.o, ("left", "upper", "lower"), strict=True):
             pixel, grey = self.i.pixel, self.i[neighbour]

@@ -10,8 +10,8 @@ from golden.cost import cost_energy, local_disparity, matching_cost, sub_pixel_b
 from golden.lines import line_store
 
 
-__all__ = ["bec_words", "bec_words_of", "buffers_words", "column_words", "comparable", "cost_words", "disparity_words", "edata_words",
-           "noise", "pack", "pixel_words", "sub_pixel_words"]
+__all__ = ["bec_words", "bec_words_of", "between_frames", "buffers_words", "camera", "column_words", "comparable", "cost_words",
+           "disparity_words", "edata_words", "noise", "pack", "pixel_words", "sub_pixel_words"]
 
 
 PARTS = ("pixel", "above", "below", "left")
@@ -110,6 +110,32 @@ def bec_words_of(left, right, config):
 def disparity_words(labels):
     """Payloads of :class:`hdl.stream.DisparityWord`."""
     return [{"disparity": int(labels[y, x]), **flags} for y, x, flags in _places(np.shape(labels))]
+
+
+def camera(words, *, rng, gaps=0.0, line_gap=1, before=0, after=0):
+    """Cycles of a camera that sends a frame: (frame valid, line valid, pixel valid, left, right).
+
+    ``gaps``: chance of a cycle without a pixel inside a line. ``line_gap``: cycles of low line valid between lines. ``before``,
+    ``after``: cycles of frame valid before the first pixel and after the last.
+    """
+    def blank(*signals):
+        # Grey levels mean nothing without a pixel; pixel valid means nothing without a line.
+        frame_valid, line_valid = signals
+        return frame_valid, line_valid, 0 if line_valid else int(rng.integers(2)), *rng.integers(0, 256, 2).tolist()
+
+    cycles = [blank(1, 0) for _ in range(before)]
+    for word in words:
+        while rng.random() < gaps:
+            cycles.append(blank(1, 1))
+        cycles.append((1, 1, 1, word["left"], word["right"]))
+        if word["last"] and not word["end"]:
+            cycles += [blank(1, 0) for _ in range(line_gap)]
+    return cycles + [blank(1, 0) for _ in range(after)]
+
+
+def between_frames(cycles):
+    """Frame valid is low; the other signals may do what they like."""
+    return [(0, n & 1, n >> 1 & 1, 1, 2) for n in range(cycles)]
 
 
 def pack(layout, word):

@@ -381,11 +381,11 @@ def test_command_line(tmp_path, capsys):
 
 @pytest.mark.parametrize("arguments, sentence", [
     (["--board", "spartan"], "there is no board 'spartan'; choose one of: cyclone3"),
-    (["--arithmetic", "float"], "the arithmetic float exists in the golden model only; choose --arithmetic thesis or linear"),
+    (["--arithmetic", "float"], "--arithmetic float has no gateware"),
     (["--width", "0"], "--width must be a whole number from 1 to 4096, not 0; choose a value in that range"),
     (["--disparities", "1"], "not 1; choose a value in that range"),
     (["--json", "count.txt"], "choose one of these for --json"),
-    (["--engine", "streaming", "--arithmetic", "thesis"], "choose another --engine or --arithmetic"),
+    (["--engine", "streaming", "--arithmetic", "thesis"], "choose --engine sequential or --arithmetic linear"),
     (["--engine", "steam"], "invalid Engine value: 'steam'"),
 ])
 def test_bad_input_is_one_sentence(arguments, sentence, capsys):

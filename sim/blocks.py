@@ -1,0 +1,58 @@
+"""All blocks of the matcher beside one another: one emission and one build serve the benches of all of them."""
+
+from amaranth import *
+from amaranth.lib import wiring
+from amaranth.lib.wiring import Out
+
+from golden.config import Arithmetic, MatcherConfig
+from hdl.argmin import ComparatorTree
+from hdl.bec import Bec
+from hdl.cost import CostEnergy, Edata, SubPixelBuffers, SubPixels
+from hdl.lines import EdataMemory, LineStore
+from hdl.sequential import CostSummation, SequentialEngine
+from hdl.smooth import Smooth
+from hdl.stream import BecWord
+from hdl.timing import FrameTiming
+
+
+__all__ = ["CONFIGS", "Blocks"]
+
+
+CONFIGS = {
+    "thesis": MatcherConfig(disparities=6, arithmetic=Arithmetic.THESIS, max_width=13),
+    "linear": MatcherConfig(disparities=6, arithmetic=Arithmetic.LINEAR, max_width=13),
+}
+
+
+class Blocks(wiring.Component):
+    """Each block under its own name: ports are called ``block__member``.
+
+    Members
+    -------
+    *block* : Out(signature of the block)
+    """
+    TIMING_DEPTH = 8
+
+    def __init__(self, config: MatcherConfig):
+        self.blocks: dict[str, wiring.Component] = {
+            "line_store": LineStore(config),
+            "sub_pixels": SubPixels(config),
+            "sub_pixel_buffers": SubPixelBuffers(config),
+            "cost_energy": CostEnergy(config),
+            "edata": Edata(config),
+            "comparator_tree": ComparatorTree(config.energy_bits, 13),
+            "bec": Bec(config),
+            "edata_memory": EdataMemory(BecWord(config), config.max_width),
+            "smooth": Smooth(config),
+            "cost_summation": CostSummation(config),
+            "sequential_engine": SequentialEngine(config),
+            "frame_timing": FrameTiming(self.TIMING_DEPTH),
+        }
+        super().__init__({name: Out(block.signature) for name, block in self.blocks.items()})
+
+    def elaborate(self, platform):
+        m = Module()
+        for name, block in self.blocks.items():
+            m.submodules[name] = block
+            wiring.connect(m, block, wiring.flipped(getattr(self, name)))
+        return m

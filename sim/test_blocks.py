@@ -1,0 +1,23 @@
+"""Every block as emitted Verilog, through cocotb on both simulators; see ``blocks_tb.py``."""
+
+import pytest
+from amaranth.lib.wiring import In
+
+from hdl.emit import write_verilog
+from sim.blocks import CONFIGS, Blocks
+from sim.simulators import SIMULATORS, build, run
+
+
+# Benches in blocks_tb.py: ten with and without stalls, four without a stream to stall.
+TESTS = 2 * 10 + 4
+
+
+@pytest.mark.parametrize("arithmetic", CONFIGS)
+@pytest.mark.parametrize("simulator", SIMULATORS)
+def test_blocks(simulator, arithmetic, tmp_path):
+    blocks = Blocks(CONFIGS[arithmetic])
+    inputs = ["__".join(path) for path, member, _ in blocks.signature.flatten(blocks) if member.flow is In]
+    source = write_verilog(blocks, tmp_path / "blocks.v", name="blocks")
+    build(simulator, [source], "blocks", tmp_path / simulator)
+    ran = run(simulator, "blocks", tmp_path / simulator, "sim.blocks_tb", env={"ARITHMETIC": arithmetic, "INPUTS": " ".join(inputs)})
+    assert ran == TESTS

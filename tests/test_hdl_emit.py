@@ -1,0 +1,131 @@
+import re
+
+import pytest
+from amaranth import *
+from amaranth.lib import wiring
+from amaranth.lib.memory import Memory
+from amaranth.lib.wiring import In, Out
+
+from golden.config import Arithmetic, MatcherConfig
+from golden.errors import UserError
+from hdl.emit import verilog_text, write_verilog
+from hdl.smooth import LookUpTable
+
+
+class Store(wiring.Component):
+    """A memory whose content at the start is given."""
+    def __init__(self, init, *, names=("kept", "kept_too")):
+        self.init = init
+        self.names = names
+        super().__init__({"i": In(4), "o": Out(8)})
+
+    def elaborate(self, platform):
+        m = Module()
+        m.submodules.memory = memory = Memory(shape=8, depth=16, init=self.init)
+        read = memory.read_port()
+        write = memory.write_port()
+        first, second = (Signal(8, name=name) for name in self.names)
+        m.d.sync += [first.eq(read.data), second.eq(first)]
+        m.d.comb += [read.addr.eq(self.i), write.addr.eq(self.i), write.en.eq(self.i[0]), write.data.eq(second), self.o.eq(second)]
+        return m
+
+
+class Outer(wiring.Component):
+    """A hierarchy with the sub-module names that Verilog and SystemVerilog reserve."""
+    def __init__(self):
+        super().__init__({"i": In(4), "o": Out(8)})
+
+    def elaborate(self, platform):
+        m = Module()
+        m.submodules.table = table = Store([])
+        m.submodules.priority = priority = Store(range(16))
+        m.d.comb += [table.i.eq(self.i), priority.i.eq(self.i), self.o.eq(table.o ^ priority.o)]
+        with m.FSM():
+            with m.State("between frames"):
+                with m.If(self.i[1]):
+                    m.next = "last line"
+            with m.State("last line"):
+                m.d.comb += self.o.eq(0)
+                m.next = "between frames"
+        return m
+
+
+def code(text):
+    """Without strings and comments."""
+    return re.sub(r'"[^"\n]*"|//[^\n]*|/\*.*?\*/', "", text, flags=re.DOTALL)
+
+
+def test_names():
+    text = verilog_text(Outer(), name="outer")
+    assert re.findall(r"(?m)^module (\w+)", text) == ["outer", "outer_priority", "outer_table"]
+    assert re.findall(r"(?m)^  (outer_\w+) (\w+) \($", text) == [("outer_priority", "priority_"), ("outer_table", "table_")]
+    assert "\\" not in text
+
+
+def test_no_trace_of_the_source():
+    """Neither files nor attributes nor a tool's banner: the same gateware in another place gives the same bytes."""
+    text = verilog_text(Outer(), name="outer")
+    assert not re.search(r"\.py|\(\*|Generated|Yosys|Amaranth|/\*", text)
+    assert "always @*" not in text
+    assert verilog_text(Outer(), name="outer") == text
+
+
+def test_keyword_as_signal_name():
+    text = code(verilog_text(Store([], names=("reg", "a.b")), name="store"))
+    assert re.search(r"\breg \[7:0\] reg_ = 8'h00;", text)
+    assert re.search(r"\ba_b\b", text)
+    assert "\\" not in text
+
+
+@pytest.mark.parametrize("names, plain", [
+    (("a.b", "a_b"), {"a_b", "a_b_"}),
+    (("a.b", "a-b"), {"a_b", "a_b_"}),
+    (("reg", "reg_"), {"reg_", "reg__"}),
+])
+def test_names_that_meet_stay_two(names, plain):
+    text = code(verilog_text(Store([], names=names), name="store"))
+    # The second register is kept under the name of the output that it drives.
+    found = set(re.findall(r"(?:wire|reg) \[7:0\] ((?:a_b|reg)\w*)", text))
+    assert found == plain
+    for name in plain:
+        assert len(re.findall(rf"\b{name} <= |assign {name} = ", text)) in (1, 2)  # a register: reset and value
+
+
+@pytest.mark.parametrize("content", [[], [0] * 16])
+def test_memory_of_zeros_is_not_initialised(content):
+    text = verilog_text(Store(content), name="store")
+    assert re.search(r"reg \[7:0\] memory \[15:0\];", text)
+    assert "initial" not in text
+
+
+def test_content_is_kept():
+    content = [0, 0, 7, *range(13)]
+    text = verilog_text(Store(content), name="store")
+    assert [int(word, 16) for word in re.findall(r"memory\[\d+\] = 8'h(\w+);", text)] == content
+
+
+def test_look_up_tables():
+    """LINEAR's table is a ROM of distances; that of THESIS is filled and needs no content."""
+    labels = 5
+    text = verilog_text(LookUpTable(MatcherConfig(disparities=labels, arithmetic=Arithmetic.LINEAR)), name="table")
+    rows = [int(row, 16) for row in re.findall(r"memory\[\d+\] = 15'h(\w+);", text)]
+    assert rows == [sum(abs(d - p) << 3 * d for d in range(labels)) for p in range(labels)]
+    assert "initial" not in verilog_text(LookUpTable(MatcherConfig(disparities=labels, arithmetic=Arithmetic.THESIS)), name="table")
+
+
+def test_ports_follow_the_signature():
+    text = verilog_text(Outer(), name="outer")
+    assert re.search(r"module outer\(([^)]*)\)", text)[1].split(", ") == ["clk", "rst", "o", "i"]
+
+
+def test_write(tmp_path):
+    path = write_verilog(Outer(), tmp_path / "new" / "outer.v", name="outer")
+    assert path.read_text() == verilog_text(Outer(), name="outer")
+    assert [file.name for file in path.parent.iterdir()] == ["outer.v"]
+
+
+def test_write_that_fails_leaves_nothing(tmp_path):
+    (tmp_path / "outer.v").mkdir()
+    with pytest.raises(UserError):
+        write_verilog(Outer(), tmp_path / "outer.v", name="outer")
+    assert [file.name for file in tmp_path.iterdir()] == ["outer.v"]

@@ -1,0 +1,286 @@
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from amaranth.lib import data
+from amaranth.sim import Simulator
+
+from golden.config import MatcherConfig
+from golden.lines import edata_memory
+from hdl.lines import EdataMemory, LineStore
+from sim.cases import column_words, comparable, noise, pixel_words
+from sim.streams import check_rules, receive, run_stream, send
+
+
+MAX_WIDTH = 8
+
+
+def store(max_width=MAX_WIDTH):
+    return LineStore(MatcherConfig(disparities=2, max_width=max_width))
+
+
+def repaired(words, max_width=MAX_WIDTH):
+    """What the line store's docstring makes of a sequence of pixels: the frames it lets out, and how often it raises ``error``."""
+    frames, errors = [], 0
+    lines, line, inside, expected = [], [], False, True
+
+    def close():
+        nonlocal lines, line, inside
+        if lines:
+            frames.append(lines)
+        lines, line, inside = [], [], False
+
+    def pad():
+        nonlocal line
+        lines.append(line + [line[-1]] * (len(lines[0]) - len(line)))
+        line = []
+
+    for word in words:
+        pixel = word["left"], word["right"]
+        if inside and word["first"]:        # in mid-frame: the frame ends before it
+            errors += 1
+            if lines and line:
+                pad()
+            close()
+        if not inside:
+            if not word["first"]:
+                errors += expected
+                expected = False
+                continue
+            inside = True
+        expected = False
+        fault = word["end"] and not word["last"]    # one pulse a pixel, however much is wrong with it
+        closes = word["last"] or word["end"]
+        line.append(pixel)
+        width = len(lines[0]) if lines else None
+        if width is None and not closes and len(line) == max_width:
+            fault = True
+            close()
+        elif (width is None and closes) or len(line) == width:
+            lines.append(line)
+            line = []
+            if not closes:
+                fault = True
+                close()
+            elif word["end"]:
+                expected = True
+                close()
+        elif closes and width is not None:
+            fault = True
+            expected = bool(word["end"])
+            pad()
+            close()
+        errors += bool(fault)
+    assert not inside, "the words end within a frame: nothing can be said of its last lines"
+    return [np.moveaxis(np.array(frame), -1, 0) for frame in frames], errors
+
+
+def run_store(dut, words, count, *, stall=0.0, seed=1):
+    """Run the words through; return what came out and the number of ``error`` pulses."""
+    rng = np.random.default_rng(seed)
+    taken, given, pulses = [], [], []
+
+    async def source(ctx):
+        await send(ctx, dut.i, words, rng=rng, stall=stall)
+
+    async def sink(ctx):
+        await receive(ctx, dut.o, count, rng=rng, stall=stall, timeout=1000)
+        ctx.set(dut.o.ready, 1)
+        await ctx.tick().repeat(4 * MAX_WIDTH + dut.PLUS_DEPTH)
+
+    async def count_errors(ctx):
+        async for _, _, error in ctx.tick().sample(dut.error):
+            pulses.append(error)
+
+    sim = Simulator(dut)
+    sim.add_clock(1e-6)
+    sim.add_testbench(source)
+    sim.add_testbench(sink)
+    sim.add_testbench(check_rules(dut.i, taken), background=True)
+    sim.add_testbench(check_rules(dut.o, given), background=True)
+    sim.add_testbench(count_errors, background=True)
+    sim.run()
+    assert len(taken) == len(words)
+    return [comparable(word) for word in given], sum(pulses)
+
+
+def check(words, *, stall=0.0, seed=1, max_width=MAX_WIDTH):
+    """The store does what :func:`repaired` says; returns that."""
+    frames, errors = repaired(words, max_width)
+    expected = [word for frame in frames for word in column_words(*frame)]
+    given, pulses = run_store(store(max_width), words, len(expected), stall=stall, seed=seed)
+    assert given == expected
+    assert pulses == errors
+    return frames, errors
+
+
+@pytest.mark.parametrize("stall", [0.0, 0.4])
+@pytest.mark.parametrize("max_width", [1, 2, 5, 8])
+def test_matches_golden(max_width, stall):
+    """Frames of all sizes, in a row: each begins where another size left the memories."""
+    sizes = [(width, height) for height in (3, 1, 2, 4) for width in (max_width, 1, 2, 5) if width <= max_width]
+    pairs = [noise(*size, seed) for seed, size in enumerate(sizes)]
+    words = [word for pair in pairs for word in pixel_words(*pair)]
+    frames, errors = check(words, stall=stall, max_width=max_width)
+    assert [frame.tolist() for frame in frames] == [pair.tolist() for pair in pairs]
+    assert errors == 0
+
+
+def test_rate():
+    """A column a cycle within a line, one cycle more between lines."""
+    width, height = 8, 5
+    cycles = {}
+    run_stream(store(), pixel_words(*noise(width, height, 1)), rng=np.random.default_rng(1), cycles=cycles)
+    gaps = np.diff(cycles["o"]).reshape(-1)
+    assert np.delete(gaps, slice(width - 1, None, width)).tolist() == [1] * (width - 1) * height
+    assert gaps[width - 1::width].tolist() == [2] * (height - 1)
+
+
+def test_last_line_does_not_wait_for_the_next_frame():
+    """One frame and nothing after it: all of it comes out (run_stream would time out)."""
+    words = pixel_words(*noise(5, 3, 1))
+    assert len(run_stream(store(), words, rng=np.random.default_rng(1), timeout=50)) == 15
+
+
+def frame(width=5, height=4, seed=0):
+    return pixel_words(*noise(width, height, seed))
+
+
+def without(words, place, **flags):
+    """The words with the flags of one changed."""
+    return [*words[:place], {**words[place], **flags}, *words[place + 1:]]
+
+
+def cut(words, *places):
+    return [word for place, word in enumerate(words) if place not in places]
+
+
+# Ragged frames of width 5, four lines: words, size of what is let out of them (None: nothing), error pulses.
+RAGGED = {
+    "short first line": ([*cut(frame(), 2), ], (4, 2), 1),   # line 1 is then too long
+    "short line": (cut(frame(), 7), (5, 2), 1),
+    "short line of one pixel": (cut(frame(), 6, 7, 8, 5), (5, 2), 1),
+    "short last line": (cut(frame(), 16), (5, 4), 1),
+    "long line": ([*frame()[:7], {**frame()[7], "left": 1}, *frame()[7:]], (5, 2), 1),
+    "long last line": ([*frame()[:17], frame()[17], *frame()[17:]], (5, 4), 1),
+    "long first line": ([*frame()[:3], *frame()[3:4] * 2, *frame()[4:]], (6, 2), 1),  # line 1 is then too short
+    "first line longer than max_width": ([*frame()[:3], *frame()[3:4] * 5, *frame()[4:]], None, 1),
+    "first in first line": ([*frame()[:3], *frame(seed=9)], (5, 4), 1),
+    "first at start of line 1": ([*frame()[:5], *frame(seed=9)], (5, 1), 1),
+    "first in line 1": ([*frame()[:8], *frame(seed=9)], (5, 2), 1),
+    "first at start of line 2": ([*frame()[:10], *frame(seed=9)], (5, 2), 1),
+    "first in line 3": ([*frame()[:16], *frame(seed=9)], (5, 4), 1),
+    "last missing": (without(frame(), 9, last=0), (5, 2), 1),
+    "last missing in first line": (without(frame(width=3), 2, last=0), (6, 2), 1),
+    "last missing in last line": (without(frame(), 19, last=0), (5, 4), 1),
+    "end in mid-line": (without(frame(), 12, end=1), (5, 3), 2),  # what follows are pixels before first
+    "end in first line": (without(frame(), 3, end=1), (4, 1), 2),
+    "end after first line": (without(frame(), 4, end=1), (5, 1), 1),
+    "pixels before first": ([*frame()[1:], *frame(seed=9)], (5, 4), 1),
+    "end missing": ([*without(frame(), 19, end=0), *frame(seed=9)], (5, 4), 1),
+    "one-line frame cut off": ([*frame()[:5], *frame(seed=9)], (5, 1), 1),
+    "one pixel": ([frame()[0], *frame(seed=9)], (5, 4), 1),
+}
+
+
+@pytest.mark.parametrize("stall", [0.0, 0.4])
+@pytest.mark.parametrize("case", RAGGED)
+def test_ragged(case, stall):
+    """The frame at fault is cut, what comes out is rectangular and closed, and the good frames around it are exact."""
+    words, size, errors = RAGGED[case]
+    before, after, smaller = noise(5, 3, 20), noise(5, 4, 21), noise(2, 2, 22)
+    frames, pulses = check([*pixel_words(*before), *words, *pixel_words(*after), *pixel_words(*smaller)], stall=stall)
+    assert pulses == errors
+    assert frames[0].tolist() == before.tolist()
+    assert [frame.tolist() for frame in frames[-2:]] == [after.tolist(), smaller.tolist()]
+    assert (frames[1].shape[:0:-1] if len(frames) > 3 else None) == size
+
+
+def test_first_after_reset_may_be_missing():
+    """The store is switched on in mid-frame."""
+    frames, errors = check([*frame()[7:], *frame(seed=9)])
+    assert len(frames) == 1
+    assert errors == 1
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_ragged_at_random(seed):
+    """Flags at random, good frames between them."""
+    rng = np.random.default_rng(seed)
+    words = []
+    for _ in range(25):
+        good = frame(int(rng.integers(1, MAX_WIDTH + 1)), int(rng.integers(1, 4)), int(rng.integers(1000)))
+        bad = [{**word, **{flag: word[flag] ^ (rng.random() < 0.1) for flag in ("first", "last", "end")}} for word in good]
+        words += [*bad, *good]
+    frames, errors = check(words, stall=0.3 * (seed % 2), seed=seed)
+    assert len(frames) > 25
+    assert errors > 5
+
+
+def test_model_of_ragged_frames():
+    """The oracle above, by hand."""
+    words = frame(2, 3)
+    assert repaired(words)[1] == 0
+    frames, errors = repaired([*words[:3], *words])
+    assert errors == 1
+    (left, right), whole = frames
+    assert left.tolist() == [[words[n]["left"] for n in (0, 1)], [words[2]["left"]] * 2]
+    assert right.tolist() == [[words[n]["right"] for n in (0, 1)], [words[2]["right"]] * 2]
+    assert whole[0].ravel().tolist() == [word["left"] for word in words]
+
+
+# EdataMemory
+
+def simulate_exchange(shape, max_width, steps):
+    """Each step is (column, exchange, write, word); return ``o`` after each."""
+    dut = EdataMemory(shape, max_width)
+    given = []
+
+    async def testbench(ctx):
+        for column, exchange, write, word in steps:
+            ctx.set(dut.column, column)
+            ctx.set(dut.exchange, exchange)
+            ctx.set(dut.write, write)
+            ctx.set(dut.i, word)
+            await ctx.tick().repeat(dut.LATENCY)
+            given.append(ctx.get(dut.o))
+
+    sim = Simulator(dut)
+    sim.add_clock(1e-6)
+    sim.add_testbench(testbench)
+    sim.run()
+    return given
+
+
+@pytest.mark.parametrize("width, max_width", [(1, 1), (1, 4), (2, 2), (5, 8)])
+def test_edata_memory(width, max_width):
+    """Each word is given up as the one below it is taken, in the same cycle: also where there is one column only."""
+    words = np.random.default_rng(1).integers(0, 2**12, (4, width))
+    steps = [(x, 1, 1, int(words[y, x])) for y in range(4) for x in range(width)]
+    given = simulate_exchange(12, max_width, steps)
+    assert given[width:] == edata_memory(words).ravel().tolist()
+
+
+def test_edata_memory_holds():
+    steps = [(0, 1, 1, 5), (1, 1, 1, 6), (0, 1, 1, 7),   # gives 5
+             (1, 0, 1, 8), (1, 0, 0, 9),                 # no exchange: holds, writes nothing
+             (1, 1, 0, 10),                              # gives 6, writes nothing
+             (1, 1, 1, 11), (0, 1, 0, 0)]
+    assert simulate_exchange(4, 2, steps)[2:] == [5, 5, 5, 6, 6, 7]
+
+
+def test_edata_memory_of_structures():
+    layout = data.StructLayout({"cost": data.ArrayLayout(3, 5), "pixel": 8})
+    words = [{"cost": [n, 7, 0, 1, 7 - n], "pixel": 255 - n} for n in range(6)]
+    given = simulate_exchange(layout, 3, [(n % 3, 1, 1, word) for n, word in enumerate(words)])
+    assert [comparable(word) for word in given[3:]] == words[:3]
+
+
+def test_memories_are_dense():
+    """Two consecutive frames of the greatest width use every word of both memories."""
+    pairs = [noise(MAX_WIDTH, 3, seed) for seed in range(2)]
+    words = [word for pair in pairs for word in pixel_words(*pair)]
+    given, _ = run_store(store(), words, len(words))
+    middle = [word["left"]["minus"] for word in given[MAX_WIDTH:2 * MAX_WIDTH]]
+    assert middle == pairs[0][0][0].tolist()
+    assert all(a != b for a, b in pairwise([given[:24], given[24:]]))

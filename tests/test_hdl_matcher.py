@@ -1,0 +1,221 @@
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from amaranth import *
+from amaranth.sim import Simulator
+
+from golden.config import WEIGHT_MAX, Arithmetic, MatcherConfig
+from golden.labelling import match
+from golden.scenes import discriminates, scene
+from hdl.matcher import Matcher
+from sim.cases import comparable, disparity_words, noise, pixel_words
+from sim.streams import check_rules, receive, run_stream, send
+
+from .test_hdl_lines import MAX_WIDTH, RAGGED, frame, repaired
+
+
+# Labels, arithmetic, fraction bits, width, height, longest line.
+CASES = [
+    (2, "thesis", 0, 1, 1, 1),
+    (2, "thesis", 0, 4, 3, 4),
+    (2, "linear", 0, 4, 3, 9),
+    (2, "linear", 3, 5, 3, 5),
+    (5, "thesis", 0, 11, 4, 16),
+    (6, "linear", 0, 12, 5, 12),
+    (6, "linear", 1, 13, 1, 16),
+    (6, "linear", 4, 12, 3, 12),
+    (13, "thesis", 0, 27, 5, 27),
+    (13, "thesis", 0, 5, 3, 27),      # narrower than its labels
+    (13, "linear", 3, 1, 9, 3),       # one column
+    (13, "linear", 2, 26, 2, 26),
+    (26, "thesis", 0, 53, 2, 64),
+    (26, "linear", 3, 9, 3, 9),
+]
+
+
+def golden_words(left, right, config):
+    return disparity_words(match(left, right, config))
+
+
+@pytest.mark.parametrize("stall", [0.0, 0.3])
+@pytest.mark.parametrize("labels, arithmetic, fraction_bits, width, height, max_width", CASES)
+def test_matches_golden(labels, arithmetic, fraction_bits, width, height, max_width, stall):
+    """A scene, and noise of other sizes before and after it, in a row; where it is wide enough all labels win."""
+    config = MatcherConfig(disparities=labels, arithmetic=arithmetic, fraction_bits=fraction_bits, max_width=max_width)
+    left, right, _ = scene(width, height, labels, seed=5)
+    if width >= 2 * labels:
+        assert discriminates(match(left, right, config), config)
+    pairs = [noise(max(1, width // 2), 2, seed=1), (left, right), noise(min(3, max_width), 1, seed=2)]
+    out = run_stream(Matcher(config), [word for pair in pairs for word in pixel_words(*pair)], rng=np.random.default_rng(1),
+                     stall_i=stall, stall_o=stall)
+    assert [comparable(word) for word in out] == [word for pair in pairs for word in golden_words(*pair, config)]
+
+
+@pytest.mark.parametrize("config", [
+    MatcherConfig(disparities=6, arithmetic=Arithmetic.THESIS, max_width=20),
+    MatcherConfig(disparities=6, arithmetic=Arithmetic.LINEAR, max_width=20),
+    MatcherConfig(disparities=26, arithmetic=Arithmetic.THESIS, max_width=20),
+], ids=str)
+def test_latency_and_rate(config):
+    dut = Matcher(config)
+    width, height = 20, 5
+    cycles = {}
+    run_stream(dut, pixel_words(*noise(width, height, 1)), rng=np.random.default_rng(1), cycles=cycles)
+    latency = np.subtract(cycles["o"], cycles["i"])
+    bound = 2 * width * dut.clocks_per_pixel + dut.latency_clocks
+    assert latency.max() <= bound
+    assert dut.latency_clocks <= 400
+    gaps = np.diff(cycles["o"])
+    in_line = np.delete(gaps, slice(width - 1, None, width))
+    assert in_line.tolist() == [dut.clocks_per_pixel] * len(in_line)
+
+
+def run_script(dut, script, count=None, *, stall=0.0, elaboratable=None):
+    """Run ``await script(ctx, send_words, given)`` beside a sink; return the words given and ``error`` in each cycle.
+
+    Without ``count`` the sink takes what comes until the script ends.
+    """
+    rng = np.random.default_rng(1)
+    given, errors = [], []
+
+    async def source(ctx):
+        await script(ctx, lambda words: send(ctx, dut.i, words, rng=rng, stall=stall), given)
+
+    async def sink(ctx):
+        if count is not None:
+            await receive(ctx, dut.o, count, rng=rng, stall=stall, timeout=3000)
+        ctx.set(dut.o.ready, 1)
+        await ctx.tick().repeat(200)
+
+    async def watch(ctx):
+        async for _, _, error in ctx.tick().sample(dut.error):
+            errors.append(error)
+
+    sim = Simulator(elaboratable or dut)
+    sim.add_clock(1e-6)
+    sim.add_testbench(source)
+    sim.add_testbench(sink)
+    sim.add_testbench(check_rules(dut.o, given), background=True)
+    sim.add_testbench(watch, background=True)
+    sim.run()
+    return [comparable(word) for word in given], errors
+
+
+async def set_weights(ctx, dut, weights, *, pulse=True):
+    for name, weight in zip(("u1", "u2", "u3"), weights):
+        ctx.set(getattr(dut, name), weight)
+    ctx.set(dut.set_weights, pulse)
+    await ctx.tick()
+    ctx.set(dut.set_weights, 0)
+
+
+@pytest.mark.parametrize("arithmetic", ["thesis", "linear"])
+def test_weights(arithmetic):
+    """Built-in ones until the first pulse; new ones from the next frame on, even if they come while a frame leaves."""
+    config = MatcherConfig(disparities=6, arithmetic=arithmetic, max_width=16)
+    left, right, _ = scene(14, 5, 6, seed=1)
+    sets = [config.weights, (0, WEIGHT_MAX, 0), (WEIGHT_MAX, 0, 1), (3, 0, WEIGHT_MAX)]
+    expected = [golden_words(left, right, replace(config, **dict(zip(("u1", "u2", "u3"), weights)))) for weights in sets]
+    assert all(a != b for n, a in enumerate(expected) for b in expected[:n])  # each set gives another picture
+    dut = Matcher(config)
+
+    async def script(ctx, send_words, given):
+        await set_weights(ctx, dut, (33, 44, 55), pulse=False)  # inputs alone change nothing
+        for number, weights in enumerate(sets):
+            await send_words(pixel_words(left, right))
+            while len(given) < number * left.size + 1:          # the frame has begun to leave
+                await ctx.tick()
+            if number + 1 < len(sets):
+                await set_weights(ctx, dut, sets[number + 1])
+                await set_weights(ctx, dut, weights, pulse=False)
+
+    given, errors = run_script(dut, script, len(sets) * left.size)
+    assert given == [word for words in expected for word in words]
+    assert not any(errors)
+
+
+@pytest.mark.parametrize("case", RAGGED)
+@pytest.mark.parametrize("stall", [0.0, 0.3])
+def test_ragged(case, stall):
+    """``error`` comes up and stays; frames around the one at fault are exact, and it comes out rectangular, as golden labels it."""
+    config = MatcherConfig(disparities=3, arithmetic=Arithmetic.LINEAR, max_width=MAX_WIDTH)
+    before, after = noise(5, 3, 20), noise(5, 4, 21)
+    words = [*pixel_words(*before), *RAGGED[case][0], *pixel_words(*after)]
+    frames, _ = repaired(words)
+    expected = [word for pair in frames for word in golden_words(*pair, config)]
+    assert expected[:15] == golden_words(*before, config)
+    assert expected[-20:] == golden_words(*after, config)
+
+    async def script(ctx, send_words, given):
+        await send_words(words)
+
+    given, errors = run_script(Matcher(config), script, len(expected), stall=stall)
+    assert given == expected
+    first = errors.index(1)
+    assert first > 15
+    assert all(errors[first:])
+
+
+def test_error_stays_until_clear():
+    config = MatcherConfig(disparities=3, arithmetic=Arithmetic.LINEAR, max_width=MAX_WIDTH)
+    dut = Matcher(config)
+    good, ragged = frame(5, 3, seed=9), frame(5, 3)[:8]
+    told = []
+
+    async def tell(ctx):
+        await ctx.tick().repeat(5)
+        told.append(ctx.get(dut.error))
+
+    async def clear(ctx):
+        ctx.set(dut.clear, 1)
+        await ctx.tick()
+        ctx.set(dut.clear, 0)
+        await tell(ctx)
+
+    async def script(ctx, send_words, given):
+        await send_words(good)
+        await ctx.tick().repeat(300)
+        await tell(ctx)                 # 0
+        await send_words([*ragged, *good])
+        await ctx.tick().repeat(300)
+        await tell(ctx)                 # 1
+        await clear(ctx)                # 0
+        await send_words(good)
+        await ctx.tick().repeat(300)
+        await tell(ctx)                 # 0
+        ctx.set(dut.clear, 1)           # an error that comes with `clear` is not lost
+        await send_words([*ragged, *good])
+        ctx.set(dut.clear, 0)
+
+    given, errors = run_script(dut, script, 4 * 15 + 2 * 10)
+    assert told == [0, 1, 0, 0]
+    rises = [n for n in range(1, len(errors)) if errors[n] and not errors[n - 1]]
+    assert len(rises) == 2
+    assert len(given) == 4 * 15 + 2 * 10
+
+
+@pytest.mark.parametrize("cut", [1, 7, 40, 61])
+def test_reset_in_mid_frame(cut):
+    """Of the frame before a reset nothing more comes; the next one is exact, with the built-in weights."""
+    config = MatcherConfig(disparities=6, arithmetic=Arithmetic.THESIS, max_width=16)
+    left, right, _ = scene(14, 5, 6, seed=1)
+    dut = Matcher(config)
+    reset = Signal()
+    before = []
+
+    async def script(ctx, send_words, given):
+        await set_weights(ctx, dut, (1, 2, 3))
+        await send_words(pixel_words(left, right)[:cut])
+        ctx.set(reset, 1)
+        await ctx.tick()
+        ctx.set(reset, 0)
+        before.extend(given)
+        await send_words(pixel_words(left, right))
+        while len(given) < len(before) + left.size:
+            await ctx.tick()
+        await ctx.tick().repeat(100)
+
+    given, errors = run_script(dut, script, elaboratable=ResetInserter(reset)(dut))
+    assert given[len(before):] == golden_words(left, right, config)
+    assert not any(errors)
