@@ -48,10 +48,15 @@ def _run(argv: Sequence[str] | None) -> int:
     with progress() as bar:
         task = bar.add_task("", total=len(configs) * options.height)
         for number, config in enumerate(configs):
+            def stage(text: str, name: str = config.engine) -> None:
+                bar.update(task, description=f"{name}: {text}")
+
+            def lines_done(lines: int, before: int = number * options.height) -> None:
+                bar.update(task, completed=before + lines)
+
             with tempfile.TemporaryDirectory(prefix="bench-") as work:
-                result = simulate(config, [left], [right], simulator=options.simulator, work_dir=Path(work),
-                                  stage=lambda text, config=config: bar.update(task, description=f"{config.engine}: {text}"),
-                                  progress=lambda lines, number=number: bar.update(task, completed=number * options.height + lines))
+                result = simulate(config, [left], [right], simulator=options.simulator, work_dir=Path(work), stage=stage,
+                                  progress=lines_done)
             mismatches += int(np.count_nonzero(result.labels[0] != expected))
             results.append(result)
 

@@ -66,9 +66,9 @@ class Bench:
     def check_timing(self, frames):
         """Clocks per pixel, and latency, of frames given and taken without stalls."""
         for number, frame in enumerate(frames):
-            # The first lines of a frame wait while the last two lines of the frames before leave.
+            # Frames in a row: the first lines of one wait while the last two lines of each before it leave.
             width = max(self.shortest_line, *(frame.width for frame in frames[:number + 1]))
-            assert frame.latency <= (3 if number else 2) * width * self.clocks_per_pixel + self.latency_clocks
+            assert frame.latency <= 2 * (number + 1) * width * self.clocks_per_pixel + self.latency_clocks
         assert self.clocks_per_pixel <= 8
         assert self.latency_clocks <= 400
         first = frames[0]
