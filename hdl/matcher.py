@@ -23,7 +23,8 @@ class Matcher(wiring.Component):
     lines of a frame leave without waiting for the next frame. What a ragged frame does is told at :class:`hdl.lines.LineStore`.
 
     Timing: a pixel each :attr:`clocks_per_pixel` cycles. A disparity leaves two lines and at most :attr:`latency_clocks` cycles after its
-    pixel came, if pixels are offered and disparities taken without a pause.
+    pixel came, if pixels are offered and disparities taken without a pause, and if the matcher was empty as the frame began: the first
+    line of a frame close behind another waits for the last two lines of that one.
 
     Members
     -------

@@ -18,6 +18,7 @@ from amaranth.lib.wiring import Flow, In, Out
 
 from golden.errors import UserError
 
+from ..emit import ZERO_INIT
 from .mapping import marked_rtlil, run_yosys
 
 
@@ -30,7 +31,7 @@ _TARGET_MHZ = 150  # what nextpnr works towards; without a target it takes its e
 
 _SYNTHESIS = """
 read_rtlil design.il
-synth_ecp5 -top {top} {options} -json design.json
+synth_ecp5 -abc9 -top {top} {options} -json design.json
 """
 _NEXTPNR = """
 import sys
@@ -135,7 +136,7 @@ def place_and_route(component: Any, report: Callable[[str], None] = lambda step:
     top = "shift_wrapper"
     with tempfile.TemporaryDirectory(prefix="clock-") as temporary:
         folder = Path(temporary)
-        (folder / "design.il").write_text(marked_rtlil(ShiftWrapper(component), top))
+        (folder / "design.il").write_text(ZERO_INIT.sub("", marked_rtlil(ShiftWrapper(component), top)))
         types, soft = _synthesise(folder, top, report)
         report("place and route")
         # Relative names: the tool runs in a sandbox that sees the working folder only.
