@@ -21,7 +21,7 @@ PINS = {
 CLOCK_MHZ = 50
 
 
-def quartus_project(name: str, sources: Iterable[str], ports: Mapping[str, int]) -> dict[str, str]:
+def quartus_project(name: str, sources: Iterable[str], ports: Mapping[str, int], clock_mhz: float) -> dict[str, str]:
     """Project, settings and constraints for Quartus II 9.1 to 13.1.
 
     Ports without a pin become virtual pins: the fitter keeps their logic and reports its size and speed, and a design that contains the
@@ -35,6 +35,8 @@ def quartus_project(name: str, sources: Iterable[str], ports: Mapping[str, int])
         Verilog files, relative to the project.
     ports : mapping
         Top-level port to its width in bits.
+    clock_mhz : float
+        What the clock is constrained to.
 
     Returns
     -------
@@ -62,7 +64,7 @@ def quartus_project(name: str, sources: Iterable[str], ports: Mapping[str, int])
             settings += [f"set_instance_assignment -name VIRTUAL_PIN ON -to {bit}"
                          for bit in ([port] if width == 1 else [f"{port}[{n}]" for n in range(width)])]
     constraints = [
-        f"create_clock -name clk -period {1000 / CLOCK_MHZ:.3f} [get_ports clk]",
+        f"create_clock -name clk -period {1000 / clock_mhz:.3f} [get_ports clk]",
         "derive_clock_uncertainty",
         # A button: two flip-flops bring it into the clock domain.
         "set_false_path -from [get_ports reset_n]",

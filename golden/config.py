@@ -80,12 +80,12 @@ class MatcherConfig:
             ("u2", self.u2, range(WEIGHT_MAX + 1)),
             ("u3", self.u3, range(WEIGHT_MAX + 1)),
         ):
-            if value not in limits:
+            if not isinstance(value, int) or value not in limits:
                 raise ValueError(f"{name} must be a whole number from {limits[0]} to {limits[-1]}, not {value!r}")
         object.__setattr__(self, "arithmetic", Arithmetic(self.arithmetic))
         object.__setattr__(self, "engine", Engine(self.engine))
-        if self.engine is Engine.STREAMING and self.arithmetic is Arithmetic.THESIS:
-            raise ValueError("engine streaming computes the arithmetic linear only, not thesis; the engine sequential computes both")
+        if self.engine is Engine.STREAMING and self.arithmetic is not Arithmetic.LINEAR:
+            raise ValueError(f"engine streaming computes the arithmetic linear only, not {self.arithmetic}")
 
     @property
     def weights(self):

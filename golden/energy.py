@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from .config import MatcherConfig
+from .config import Arithmetic, MatcherConfig
 from .labelling import slopes
 
 
@@ -34,6 +34,6 @@ def energy(labels, cost, left, config: MatcherConfig):
     w1, w2, w3 = slopes(left, config)
     horizontal, vertical = np.abs(np.diff(labels, axis=1)), np.abs(np.diff(labels, axis=0))
     terms = [horizontal * w1[:, 1:], vertical * w2[1:], vertical * w3[:-1]]
-    if config.arithmetic == "thesis":
+    if config.arithmetic is Arithmetic.THESIS:
         terms = [term >> 8 for term in terms]
     return (data * config.energy_scale + sum(term.sum() for term in terms)).item()

@@ -140,7 +140,7 @@ class BecGroup(wiring.Component):
         Complement of the least cost; the smaller label on a tie.
     """
     SIZE = 4
-    TREE = 2
+    TREE = (SIZE - 1).bit_length()
 
     def __init__(self, config: MatcherConfig, labels: range):
         self.config = config

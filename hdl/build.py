@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from amaranth.hdl import Value
+from amaranth.lib import data
 from amaranth.lib.wiring import Flow
 from rich.console import Console
 
@@ -28,10 +29,18 @@ FRAMES_PER_SECOND = 25  # PAL
 
 def ports_of(component):
     """Ports of the emitted module: name to (direction, width in bits)."""
-    ports = {"clk": ("input", 1), "rst": ("input", 1)} if "clk" not in component.signature.members else {}
+    ports = {} if "clk" in component.signature.members else {"clk": ("input", 1), "rst": ("input", 1)}
     for path, member, value in component.signature.flatten(component):
         ports["__".join(map(str, path))] = ("input" if member.flow is Flow.In else "output", len(Value.cast(value)))
     return ports
+
+
+def fields_of(component):
+    """Where the fields of a payload are: port to field to (lowest bit, highest bit)."""
+    return {
+        "__".join(map(str, path)): {name: (field.offset, field.offset + field.width - 1) for name, field in value.shape()}
+        for path, _, value in component.signature.flatten(component) if isinstance(value, data.View)
+    }
 
 
 def manifest_of(name, matcher, ports, height, arguments):
@@ -46,8 +55,8 @@ def manifest_of(name, matcher, ports, height, arguments):
             "u1": config.u1, "u2": config.u2, "u3": config.u3, "max_width": config.max_width, "height": height,
         },
         "clocks_per_pixel": clocks,
-        "latency_clocks": 2 * config.max_width * clocks + matcher.latency_clocks,
-        "clock_mhz_for_25_frames": round(FRAMES_PER_SECOND * matcher.frame_clocks(config.max_width, height) / 1e6, 2),
+        "full_rate_width": matcher.full_rate_width,
+        "latency_clocks": 2 * max(config.max_width, matcher.full_rate_width) * clocks + matcher.latency_clocks,
         "ports": {port: {"direction": direction, "width": width} for port, (direction, width) in ports.items()},
         **arguments,
     }
@@ -84,13 +93,15 @@ def _run(argv: Sequence[str] | None) -> int:
         matcher = component.matcher if options.board else component
         ports = ports_of(component)
         files = {f"{name}.v": verilog_text(component, name=name)}
+    needed = round(FRAMES_PER_SECOND * matcher.frame_clocks(options.width, options.height) / 1e6, 2)
+    about = {"clock_mhz_for_25_frames": needed}
     if options.board:
         board = BOARDS[options.board]
-        files |= board.quartus_project(name, [f"{name}.v"], {port: width for port, (_, width) in ports.items()})
-        target = {"board": options.board, "device": board.DEVICE, "clock_mhz": board.CLOCK_MHZ}
-    else:
-        target = {}
-    manifest = manifest_of(name, matcher, ports, options.height, target | {"files": sorted(files)})
+        about |= {"board": options.board, "device": board.DEVICE, "clock_mhz": max(board.CLOCK_MHZ, needed)}
+        widths = {port: width for port, (_, width) in ports.items()}
+        files |= board.quartus_project(name, [f"{name}.v"], widths, about["clock_mhz"])
+    about |= {"payloads": fields_of(component), "files": sorted(files)}
+    manifest = manifest_of(name, matcher, ports, options.height, about)
     files["manifest.json"] = json.dumps(manifest, indent=2) + "\n"
 
     folder.mkdir(parents=True, exist_ok=True)
@@ -98,8 +109,10 @@ def _run(argv: Sequence[str] | None) -> int:
         with atomic(folder / file_name) as file:
             file.write(text.encode())
     print(f"{folder}: {', '.join(sorted(files))}")
-    print(f"{manifest['clocks_per_pixel']} clocks a pixel; {options.width}x{options.height} at {FRAMES_PER_SECOND} frames/s "
-          f"needs {manifest['clock_mhz_for_25_frames']} MHz")
+    print(f"Clocks a pixel: {matcher.clocks_per_pixel}; {options.width}x{options.height} at {FRAMES_PER_SECOND} frames/s "
+          f"needs {needed} MHz.")
+    if options.board and needed > board.CLOCK_MHZ:
+        print(f"The board's oscillator gives {board.CLOCK_MHZ} MHz: the project is constrained to {needed} MHz, and needs a PLL before clk.")
     return 0
 
 

@@ -4,7 +4,7 @@ from amaranth import *
 from amaranth.lib import stream, wiring
 from amaranth.lib.wiring import In, Out
 
-from golden.config import WEIGHT_BITS, Engine, MatcherConfig
+from golden.config import WEIGHT_BITS, Arithmetic, Engine, MatcherConfig
 
 from .bec import Bec
 from .lines import LineStore
@@ -23,8 +23,8 @@ class Matcher(wiring.Component):
     lines of a frame leave without waiting for the next frame. What a ragged frame does is told at :class:`hdl.lines.LineStore`.
 
     Timing: a pixel each :attr:`clocks_per_pixel` cycles. A disparity leaves two lines and at most :attr:`latency_clocks` cycles after its
-    pixel came, if pixels are offered and disparities taken without a pause, and if the matcher was empty as the frame began: the first
-    line of a frame close behind another waits for the last two lines of that one.
+    pixel came, if pixels are offered and disparities taken without a pause, lines are no shorter than :attr:`full_rate_width`, and the
+    matcher was empty as the frame began: a frame close behind another waits for the last two lines of that one.
 
     Members
     -------
@@ -33,13 +33,16 @@ class Matcher(wiring.Component):
     u1, u2, u3 : In(WEIGHT_BITS)
         Weights of the left, upper and lower neighbour, grey levels a pixel.
     set_weights : In(1)
-        Takes ``u1, u2, u3``; until its first pulse those of ``config`` are in force. A change takes effect when the first pixel of a
-        frame reaches the engine, one line and fewer than 400 cycles after it came; the frames before it are not touched.
+        Takes ``u1, u2, u3``; until its first pulse those of ``config`` are in force. The engine samples them as the first pixel of a
+        frame reaches it, about a line after it came. Set them between frames: before the first pixel of a frame is sent, they hold for
+        all of it; once its first disparity has come out, they hold from the next one on.
     error : Out(1)
         A ragged frame came; stays up until ``clear``.
     clear : In(1)
     """
     def __init__(self, config: MatcherConfig):
+        if config.arithmetic is Arithmetic.FLOAT:
+            raise ValueError("the arithmetic float has no gateware; choose thesis or linear")
         self.config = config
         self.streaming = config.engine is Engine.STREAMING
         self.line_store = LineStore(config, line_below=self.streaming)
@@ -64,12 +67,21 @@ class Matcher(wiring.Component):
     def frame_clocks(self, width, height):
         """Cycles from one frame's first disparity to the next one's, if pixels are offered and disparities taken without a pause.
 
-        A bound that is reached but for a few cycles a line. The line that arrives before the first can be labelled takes its time too.
+        A bound that is reached but for a few cycles a line, less closely by lines shorter than :attr:`full_rate_width`. The line that
+        arrives before the first can be labelled takes its time too.
         """
         if self.streaming:
-            return (height + 2) * (width + 2)
-        # The first line fills the Edata memory at BEC's pace; then a line is labelled as the one below it arrives.
-        return width * self.bec.clocks_per_pixel + height * width * self.clocks_per_pixel + (height + 1) * self.engine.line_clocks
+            # Two lines more than the picture has come and go; those with a line above them wait for its disparities.
+            return 3 * (width + 2) + (height - 1) * max(width + 2, self.engine.round_trip + 4)
+        # The first line fills the Edata memory at BEC's pace, or as the look-up tables are filled; then a line is labelled as the one
+        # below it arrives.
+        first = max(width * self.bec.clocks_per_pixel, self.engine.fill_clocks + 1)
+        return first + height * width * self.clocks_per_pixel + (height + 1) * self.engine.line_clocks
+
+    @property
+    def full_rate_width(self):
+        """Shortest line, in pixels, that is labelled at :attr:`clocks_per_pixel`; shorter ones take as long."""
+        return self.engine.round_trip if self.streaming else 1
 
     @property
     def latency_clocks(self):

@@ -87,6 +87,7 @@ class SequentialEngine(wiring.Component):
             raise ValueError(f"the engine sequential computes at most {config.SEQUENTIAL_DISPARITIES[-1]} disparities, "
                              f"not {config.disparities}; choose the engine streaming")
         self.config = config
+        self.smooths = [Smooth(config) for _ in range(3)]
         self.tree = ComparatorTree(config.energy_bits, config.disparities)
         super().__init__({
             "i": In(stream.Signature(BecWord(config))),
@@ -100,6 +101,11 @@ class SequentialEngine(wiring.Component):
     def clocks_per_pixel(self):
         """Cycles of the loop."""
         return Smooth.LATENCY + CostSummation.LATENCY + self.tree.latency
+
+    @property
+    def fill_clocks(self):
+        """Cycles in which a frame's look-up tables are filled."""
+        return self.smooths[0].table.fill_clocks
 
     @property
     def line_clocks(self):
@@ -118,9 +124,10 @@ class SequentialEngine(wiring.Component):
         m.submodules.result_memory = result_memory = Memory(shape=range(config.disparities), depth=config.max_width, init=[])
         result_read = result_memory.read_port()
         result_write = result_memory.write_port()
-        m.submodules.smooth1 = smooth1 = Smooth(config)
-        m.submodules.smooth2 = smooth2 = Smooth(config)
-        m.submodules.smooth3 = smooth3 = Smooth(config)
+        smooth1, smooth2, smooth3 = self.smooths
+        m.submodules.smooth1 = smooth1
+        m.submodules.smooth2 = smooth2
+        m.submodules.smooth3 = smooth3
         m.submodules.summation = summation = CostSummation(config)
         m.submodules.comparison = tree = self.tree
 

@@ -20,14 +20,15 @@ class LookUpTable(wiring.Component):
     Timing: latency :attr:`LATENCY` cycle from ``read``, held until the next. Filling takes :attr:`fill_clocks` cycles after ``fill``,
     ``filled`` is low meanwhile; ``weight`` is sampled with ``fill``.
 
-    Memory: ``D * D`` multiples.
+    Memory: ``D * D`` multiples of ``(D - 1) * WEIGHT_MAX`` at most, of ``D - 1`` in LINEAR.
 
     Members
     -------
     label : In(range(D))
     read : In(1)
-    row : Out(ArrayLayout(range((D - 1) * WEIGHT_MAX + 1), D))
+    row : Out(row_layout)
     weight : In(WEIGHT_BITS)
+        Of no concern in LINEAR.
     fill : In(1)
     filled : Out(1)
     """

@@ -114,7 +114,8 @@ class StreamingEngine(wiring.Component):
 
     Timing: a pixel a cycle and two more a line; :attr:`latency` cycles from a wave to its disparity.
 
-    Memory: ``D`` line memories of ``max_width`` costs and some, a line of disparities, a line of pixels, delays of :class:`LabelArray`.
+    Memory: ``D`` memories of ``max_width + queue_depth + admission_latency + D`` costs, a line of disparities, a line of pixels, and the
+    delays of :class:`LabelArray`.
 
     Members
     -------
@@ -131,6 +132,7 @@ class StreamingEngine(wiring.Component):
         # Pixels between BEC's entry and the labelling's: BEC's depth, and what the queue's own registers hold up.
         self.source = WaveSource()
         self.array = LabelArray(config)
+        # (These depths carry the rate. Too small a one would cost clocks, never a wrong disparity.)
         self.queue_depth = BecArray.latency_of(config) + 10
         # A cost is overwritten one line, and all that may be queued, after it was stored. Reading lags by the admission's pipeline, and at
         # the top label by a cycle for each label, of which storing takes back one for each group.

@@ -34,7 +34,8 @@ class MatcherSystem(wiring.Component):
     """
     def __init__(self, config: MatcherConfig):
         self.config = config
-        self.timing = FrameTiming()
+        # Two lines: what a camera may send at once while the matcher is still busy with the lines around a frame's end.
+        self.timing = FrameTiming(max(64, 2 * config.max_width))
         self.matcher = Matcher(config)
         super().__init__({
             "clk": In(1),

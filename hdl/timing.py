@@ -23,7 +23,8 @@ class FrameTiming(wiring.Component):
     A camera cannot wait. A frame that begins while the FIFO still holds pixels, or that fills it, is given up: dropped whole, or from
     that pixel on, and counted. What was sent of it is then a ragged frame to the matcher, which recovers at the next one.
 
-    Timing: a pixel leaves 2 cycles after the one that follows it, or after frame valid falls.
+    Timing: a pixel leaves 2 cycles after the one that follows it, or after frame valid falls. Frame valid must be low for 3 cycles at
+    least, for the last pixel to leave before the next frame begins.
 
     Memory: ``depth * 19`` bits.
 
@@ -92,8 +93,7 @@ class FrameTiming(wiring.Component):
             m.d.comb += give_up.eq(1)
         with m.If(give_up):
             m.d.sync += waiting.eq(0)
-            with m.If(self.frame_valid):
-                m.d.sync += given_up.eq(1)
+            m.d.sync += given_up.eq(self.frame_valid)
             with m.If(~self.dropped.all()):
                 m.d.sync += self.dropped.eq(self.dropped + 1)
         return m

