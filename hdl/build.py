@@ -112,7 +112,8 @@ def _run(argv: Sequence[str] | None) -> int:
     print(f"Clocks a pixel: {matcher.clocks_per_pixel}; {options.width}x{options.height} at {FRAMES_PER_SECOND} frames/s "
           f"needs {needed} MHz.")
     if options.board and needed > board.CLOCK_MHZ:
-        print(f"The board's oscillator gives {board.CLOCK_MHZ} MHz: the project is constrained to {needed} MHz, and needs a PLL before clk.")
+        print(f"The board's oscillator gives {board.CLOCK_MHZ} MHz: the project is constrained to {needed} MHz, "
+              "and needs a PLL before clk.")
     return 0
 
 
