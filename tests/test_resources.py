@@ -14,7 +14,7 @@ from amaranth.lib.wiring import In, Out
 
 from boards.cyclone3 import CAPACITY
 from hdl.resources import __main__ as command
-from hdl.resources.clock import Clock, ShiftWrapper, _worst_path, our_name
+from hdl.resources.clock import Clock, _worst_path, our_name
 from hdl.resources.count import FIGURES, Count, Resources, count
 from hdl.resources.mapping import Netlist, map_cyclone3
 from hdl.resources.report import as_json, method, table, tree
@@ -308,14 +308,6 @@ def test_tree():
 
 
 # --- Clock ---
-
-def test_shift_wrapper_keeps_every_port():
-    # Registers: one for each of 5 + 3 inputs, two for each of 9 outputs, one that begins the chain, and those of the circuit.
-    def build(c, m):
-        m.d.sync += c.y.eq(c.a + c.b)
-    result = count(map_cyclone3(ShiftWrapper(Circuit(build, a=In(5), b=In(3), y=Out(6), z=Out(0))), "top"))
-    assert result.kinds["registers"] == 8 + 2 * 6 + 6
-
 
 @pytest.mark.parametrize("name, ours", [
     ("matcher.engine.busy_TRELLIS_FF_Q_DI_LUT4_Z_1", "matcher.engine.busy"),

@@ -11,28 +11,24 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from amaranth import Cat, Module, Signal
-from amaranth.hdl import Value
-from amaranth.lib import wiring
-from amaranth.lib.wiring import Flow, In, Out
+from amaranth.back import rtlil
 
 from golden.errors import UserError
 
 from ..emit import ZERO_INIT
-from .mapping import marked_rtlil, run_yosys
+from .mapping import run_yosys
 
 
-__all__ = ["DEVICE", "Clock", "ShiftWrapper", "place_and_route"]
+__all__ = ["DEVICE", "Clock", "place_and_route"]
 
 
 DEVICE = "ECP5-85F, speed grade 6"
 _DEVICE_MULTIPLIERS = 156  # 18x18
 _TARGET_MHZ = 150  # what nextpnr works towards; without a target it takes its ease
 
-# ABC9 maps for speed, but stops on the matcher of 80 labels: an assertion of Yosys 0.70 fails as it takes the result back.
 _SYNTHESIS = """
 read_rtlil design.il
-synth_ecp5 -noabc9 -top {top} {options} -json design.json
+synth_ecp5 -top {top} {options} -json design.json
 """
 _NEXTPNR = """
 import sys
@@ -41,38 +37,6 @@ sys.exit(run_nextpnr_ecp5(sys.argv[1:]))
 """
 # Names that Yosys derives from ours: the driving cell's type and port, or a number, follow.
 _DERIVED = re.compile(r"_(LUT4|TRELLIS_FF|CCU2C|PFUMX|L6MUX21|DP16KD|MULT18X18D|TRELLIS_DPR16X4|INV)_.*|(\.\d+)+$|\[\d+\]$|\$.*")
-
-
-class ShiftWrapper(wiring.Component):
-    """``component`` with all of its inputs and outputs at registers, shifted in and out through one pin each.
-
-    So every path through the component lies between registers and counts for the clock rate, however many ports there are.
-
-    Members
-    -------
-    i, o : In(1), Out(1)
-    """
-    def __init__(self, component: Any):
-        self.component = component
-        super().__init__({"i": In(1), "o": Out(1)})
-
-    def elaborate(self, platform: Any) -> Module:
-        m = Module()
-        m.submodules.matcher = self.component
-        ports = [(member.flow, Value.cast(value)) for _, member, value in self.component.signature.flatten(self.component)]
-        inputs = Cat(value for flow, value in ports if flow is Flow.In)
-        outputs = Cat(value for flow, value in ports if flow is Flow.Out)
-
-        shift_in = Signal(len(inputs), reset_less=True)
-        m.d.sync += shift_in.eq(Cat(self.i, shift_in))
-        m.d.comb += inputs.eq(shift_in)
-
-        # A register for each output, then a chain that adds them up: none of them can be left out.
-        taken = Signal(len(outputs), reset_less=True)
-        shift_out = Signal(len(outputs) + 1, reset_less=True)
-        m.d.sync += [taken.eq(outputs), shift_out.eq(Cat(0, shift_out[:-1] ^ taken))]
-        m.d.comb += self.o.eq(shift_out[-1])
-        return m
 
 
 @dataclass(frozen=True)
@@ -133,15 +97,16 @@ def _synthesise(folder: Path, top: str, report: Callable[[str], None]) -> tuple[
 
 
 def place_and_route(component: Any, report: Callable[[str], None] = lambda step: None, *, seed: int = 1) -> Clock:
-    """Synthesise, place and route ``component`` between registers; takes minutes."""
-    top = "shift_wrapper"
+    """Synthesise, place and route ``component``, its ports at pins, in minutes. Paths from and to pins do not count."""
+    top = "matcher"
     with tempfile.TemporaryDirectory(prefix="clock-") as temporary:
         folder = Path(temporary)
-        (folder / "design.il").write_text(ZERO_INIT.sub("", marked_rtlil(ShiftWrapper(component), top)))
+        (folder / "design.il").write_text(ZERO_INIT.sub("", rtlil.convert(component, name=top, emit_src=False)))
         types, soft = _synthesise(folder, top, report)
         report("place and route")
         # Relative names: the tool runs in a sandbox that sees the working folder only.
-        arguments = ["--85k", "--speed", "6", "--router", "router2", "--timing-allow-fail", "--freq", str(_TARGET_MHZ), "--seed", str(seed),
+        arguments = ["--85k", "--speed", "6", "--package", "CABGA756", "--router", "router2", "--timing-allow-fail",
+                     "--freq", str(_TARGET_MHZ), "--seed", str(seed),
                      "--json", "design.json", "--report", "report.json", "--detailed-timing-report"]
         with (folder / "nextpnr.log").open("w") as log:
             done = subprocess.run([sys.executable, "-c", _NEXTPNR, *arguments], cwd=folder, stdout=log, stderr=subprocess.STDOUT)

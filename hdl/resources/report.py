@@ -105,8 +105,8 @@ def table(count: Count, capacity: dict[str, int], device: str, title: str, thesi
 def clock_text(clock: Clock) -> str:
     """The clock rate and the worst path, in words."""
     lines = [
-        f"Clock: {clock.mhz:.1f} MHz, by nextpnr on an {CLOCK_DEVICE}: a stand-in, no open tool routes a Cyclone III. Ports are registers.",
-        f"Worst path: {clock.logic:.2f} ns of logic, {clock.routing:.2f} ns of routing, through",
+        f"Clock: {clock.mhz:.1f} MHz, by nextpnr on an {CLOCK_DEVICE}: a stand-in, no open tool routes a Cyclone III.",
+        f"Worst path between registers: {clock.logic:.2f} ns of logic, {clock.routing:.2f} ns of routing, through",
         *(f"  {name}" for name in clock.path),
     ]
     if clock.soft_multipliers:
