@@ -225,8 +225,7 @@ class BecArray(wiring.Component):
     def __init__(self, config: MatcherConfig, depth):
         self.config = config
         self.depth = depth
-        self.groups = [range(low, min(low + BecGroup.SIZE, config.disparities))
-                       for low in range(0, config.disparities, BecGroup.SIZE)]
+        self.groups = self.groups_of(config)
         super().__init__({
             "wave": In(BecWave()),
             "store": In(1),
@@ -236,9 +235,14 @@ class BecArray(wiring.Component):
         })
 
     @staticmethod
+    def groups_of(config: MatcherConfig):
+        """The labels of each group."""
+        return [range(low, min(low + BecGroup.SIZE, config.disparities)) for low in range(0, config.disparities, BecGroup.SIZE)]
+
+    @staticmethod
     def latency_of(config: MatcherConfig):
         """Cycles from a wave to the local disparity that it completes."""
-        return BecCell.LATENCY + BecGroup.TREE + -(-config.disparities // BecGroup.SIZE)
+        return BecCell.LATENCY + BecGroup.TREE + len(BecArray.groups_of(config))
 
     def elaborate(self, platform):
         m = Module()

@@ -234,6 +234,8 @@ class EdataMemory(wiring.Component):
     i : In(shape)
     o : Out(shape)
     """
+    LATENCY = 1
+
     def __init__(self, shape, max_width):
         self.shape = shape
         self.max_width = max_width

@@ -62,8 +62,8 @@ def fails(capsys, folder, arguments):
     ("left.png none.png --disparities 8", "none.png does not exist"),
     ("left.png text.png --disparities 8", "text.png is not a PNG"),
     ("wide.png wide.png --disparities 8", "4097 pixels wide"),
-    ("left.png right.png --disparities 1", "from 2 to 128, not 1"),
-    ("left.png right.png --disparities 129", "from 2 to 128, not 129"),
+    ("left.png right.png --disparities 1", "from 2 to 256, not 1"),
+    ("left.png right.png --disparities 129 --engine sequential", "from 2 to 128 with the sequential engine, not 129"),
     ("left.png right.png --disparities eight", "--disparities"),
     ("left.png right.png", "--disparities is missing"),
     ("left.png --disparities 8", "two pictures"),
@@ -143,7 +143,7 @@ def test_results(pair, monkeypatch, capsys, fault):
     report = json.loads((folder / "report.json").read_text())
     assert set(report) >= KEYS
     assert {key: report[key] for key in ("engine", "arithmetic", "simulator", "width", "height", "disparities", "mismatches")} == {
-        "engine": "sequential", "arithmetic": "linear", "simulator": "verilator", "width": 20, "height": 6, "disparities": 8,
+        "engine": "streaming", "arithmetic": "linear", "simulator": "verilator", "width": 20, "height": 6, "disparities": 8,
         "mismatches": fault}
     assert report["clocks_per_pixel"] == 5.0 and report["clocks_per_second"] == 2000 and report["latency_clocks"] == 300
 
