@@ -114,8 +114,8 @@ class StreamingEngine(wiring.Component):
 
     Timing: a pixel a cycle and two more a line; :attr:`latency` cycles from a wave to its disparity.
 
-    Memory: ``D`` memories of ``max_width + queue_depth + admission_latency + D - D/4`` costs, a line of disparities, a line of pixels, and the
-    delays of :class:`LabelArray`.
+    Memory: ``D`` memories of ``max_width + queue_depth + admission_latency + D - D/4`` costs, a line of disparities, a line of pixels,
+    and the delays of :class:`LabelArray`.
 
     Members
     -------
