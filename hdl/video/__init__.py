@@ -1,0 +1,1 @@
+"""Cameras in, memory, monitor out: what turns the matcher into a system."""
