@@ -206,13 +206,13 @@ class BecGroup(wiring.Component):
 class BecArray(wiring.Component):
     """Basic energy calculation, laid out along the labels; golden: :func:`golden.cost.matching_cost`, :func:`golden.cost.local_disparity`.
 
-    Each label's costs go to its own line memory, which the labelling reads at its own pace: there the skew of one cycle a label
-    costs nothing.
+    The costs of a group of labels go to a line memory of the group, which the labelling reads at its own pace; a few registers make the
+    skew of one cycle a label within the group.
 
     Timing: ``local`` :meth:`latency_of` cycles after the wave that completed its pixel. The cost that was ``store``-th is read at
     ``address`` ``store % depth``; label ``d`` shows it in ``cost[d]`` ``d + 2`` cycles after ``address``.
 
-    Memory: ``D * depth`` costs.
+    Memory: ``D * depth`` costs; a word of a memory holds those of a group, 48 bits for four labels.
 
     Members
     -------
@@ -270,14 +270,23 @@ class BecArray(wiring.Component):
                 m.d.comb += group.least_i.eq(least)
             wave, least = group.o, group.least_o
 
+            m.submodules[f"edata_{labels[0]}"] = memory = Memory(shape=group.cost.shape(), depth=depth, init=[])
+            write_port = memory.write_port()
+            read_port = memory.read_port()
+            # A group reads as many cycles after the one below it as that one has labels.
+            if labels[0]:
+                m.submodules[f"read_delay_{labels[0]}"] = read_delay = Delay(range(depth), BecGroup.SIZE - 1)
+                m.d.comb += read_delay.i.eq(read_place)
+                read_place = read_delay.o
+            here = Signal(range(depth), name=f"read_place_{labels[0]}", reset_less=True)
+            m.d.sync += here.eq(read_place)
+            read_place = here
+            m.d.comb += [
+                write_port.en.eq(write), write_port.addr.eq(write_place), write_port.data.eq(group.cost),
+                read_port.en.eq(1), read_port.addr.eq(read_place),
+            ]
             for n, label in enumerate(labels):
-                m.submodules[f"edata_{label}"] = memory = Memory(shape=config.cost_bits, depth=depth, init=[])
-                write_port = memory.write_port()
-                read_port = memory.read_port()
-                m.d.comb += [write_port.en.eq(write), write_port.addr.eq(write_place), write_port.data.eq(group.cost[n])]
-                here = Signal(range(depth), name=f"read_place_{label}", reset_less=True)
-                m.d.sync += here.eq(read_place)
-                m.d.comb += [read_port.en.eq(1), read_port.addr.eq(here), self.cost[label].eq(read_port.data)]
-                read_place = here
+                m.submodules[f"skew_{label}"] = skew = Delay(config.cost_bits, n)
+                m.d.comb += [skew.i.eq(read_port.data[n]), self.cost[label].eq(skew.o)]
         m.d.comb += self.local.eq(least.index)
         return m

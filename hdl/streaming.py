@@ -114,7 +114,7 @@ class StreamingEngine(wiring.Component):
 
     Timing: a pixel a cycle and two more a line; :attr:`latency` cycles from a wave to its disparity.
 
-    Memory: ``D`` memories of ``max_width + queue_depth + admission_latency + D - D/4`` costs, a line of disparities, a line of pixels,
+    Memory: ``D`` costs for ``max_width + queue_depth + admission_latency + D - D/4`` pixels at most, a line of disparities, a line of pixels,
     and the delays of :class:`LabelArray`.
 
     Members
@@ -134,9 +134,10 @@ class StreamingEngine(wiring.Component):
         self.array = LabelArray(config)
         # (These depths carry the rate. Too small a one would cost clocks, never a wrong disparity.)
         self.queue_depth = BecArray.latency_of(config) + 10
-        # A cost is overwritten one line, and all that may be queued, after it was stored. Reading lags by the admission's pipeline, and at
-        # the top label by a cycle for each label; storing lags by a cycle for each group.
-        lag = self.admission_latency + config.disparities - len(BecArray.groups_of(config))
+        # A cost is overwritten one line, and all that may be queued, after it was stored. Reading lags by the admission's pipeline, and in
+        # the top group by a cycle for each label below it; storing lags by a cycle for each group below it.
+        *below, top = BecArray.groups_of(config)
+        lag = self.admission_latency + top[0] - len(below)
         self.bec = BecArray(config, config.max_width + self.queue_depth + lag)
         self.output_depth = self.admission_latency + self.array.latency + 8
         super().__init__({
