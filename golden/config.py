@@ -4,7 +4,7 @@ import enum
 from dataclasses import dataclass
 
 
-__all__ = ["Arithmetic", "Engine", "MatcherConfig", "PIXEL_BITS", "PIXEL_MAX", "WEIGHT_BITS", "WEIGHT_MAX"]
+__all__ = ["Arithmetic", "Engine", "IN_USE_BITS", "MatcherConfig", "PIXEL_BITS", "PIXEL_MAX", "WEIGHT_BITS", "WEIGHT_MAX"]
 
 
 PIXEL_BITS = 8
@@ -13,6 +13,9 @@ PIXEL_MAX = 2**PIXEL_BITS - 1
 # Weights u1, u2, u3. The thesis's optimum is 15, 10, 5 and its sweep (figure 34) stays below 50; six bits hold that.
 WEIGHT_BITS = 6
 WEIGHT_MAX = 2**WEIGHT_BITS - 1
+
+# Labels in use: up to 256.
+IN_USE_BITS = 9
 
 
 class Arithmetic(enum.StrEnum):
@@ -52,6 +55,9 @@ class MatcherConfig:
         Fraction bits ``q`` of the slopes; read by ``LINEAR`` only.
     u1, u2, u3 : int
         Weights of the left, upper and lower neighbour, in grey levels a pixel of disparity. Build-time defaults of the gateware's inputs.
+    in_use : int or None
+        Labels in use, ``0 .. in_use - 1``: those above cost what a candidate outside the picture does. ``None``: all. Build-time default
+        of the gateware's input.
     max_width : int
         Longest line, in pixels, that the gateware's memories hold.
     engine : Engine
@@ -63,6 +69,7 @@ class MatcherConfig:
     u1: int = 15
     u2: int = 10
     u3: int = 5
+    in_use: int | None = None
     max_width: int = 720
     engine: Engine = Engine.SEQUENTIAL
 
@@ -82,6 +89,8 @@ class MatcherConfig:
         ):
             if not isinstance(value, int) or value not in limits:
                 raise ValueError(f"{name} must be a whole number from {limits[0]} to {limits[-1]}, not {value!r}")
+        if self.in_use is not None and (not isinstance(self.in_use, int) or not 1 <= self.in_use <= self.disparities):
+            raise ValueError(f"in_use must be a whole number from 1 to disparities, {self.disparities}, not {self.in_use!r}")
         object.__setattr__(self, "arithmetic", Arithmetic(self.arithmetic))
         object.__setattr__(self, "engine", Engine(self.engine))
         if self.engine is Engine.STREAMING and self.arithmetic is not Arithmetic.LINEAR:
@@ -91,6 +100,11 @@ class MatcherConfig:
     def weights(self):
         """``(u1, u2, u3)``."""
         return self.u1, self.u2, self.u3
+
+    @property
+    def labels_in_use(self) -> int:
+        """Number of labels that may be chosen freely."""
+        return self.disparities if self.in_use is None else self.in_use
 
     @property
     def energy_shift(self):

@@ -111,13 +111,14 @@ def matching_cost(left, right, config: MatcherConfig):
     Returns
     -------
     (H, W, D) ndarray
-        Grey levels (``LINEAR``: half grey levels), at most ``config.cost_max``; ``config.cost_outside`` where ``d > x``.
+        Grey levels (``LINEAR``: half grey levels), at most ``config.cost_max``; ``config.cost_outside`` where ``d > x`` or
+        ``d`` is not in use.
         int16, or float64 for ``FLOAT``.
     """
     height, width = np.shape(left)
     labels = config.disparities
     left_parts, right_parts = sub_pixels(left, config), sub_pixels(right, config)
-    outside = np.arange(labels) > np.arange(width)[:, None]
+    outside = np.arange(labels) > np.minimum(np.arange(width), config.labels_in_use - 1)[:, None]
     cost = np.empty((height, width, labels), dtype=left_parts[0].dtype)
     for y in range(height):
         windows = [sub_pixel_buffers(part[y], labels) for part in right_parts]

@@ -194,7 +194,7 @@ def match_plain(left, right, config: MatcherConfig):
                 return total
 
     def energy(x, y, d):
-        if d > x:
+        if d > x or d >= config.labels_in_use:
             return config.cost_outside
         return sum(
             abs(sub_pixel(left, x, y, dx, dy) - sub_pixel(right, x - d, y, dx, dy))

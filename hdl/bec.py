@@ -4,7 +4,7 @@ from amaranth import *
 from amaranth.lib import stream, wiring
 from amaranth.lib.wiring import In, Out
 
-from golden.config import MatcherConfig
+from golden.config import IN_USE_BITS, MatcherConfig
 
 from .argmin import ComparatorTree
 from .cost import CostEnergy, Edata, SubPixelBuffers, SubPixels
@@ -26,6 +26,8 @@ class Bec(wiring.Component):
     -------
     i : In(stream.Signature(ColumnWord()))
     o : Out(stream.Signature(BecWord(config)))
+    in_use : In(IN_USE_BITS)
+        Labels in use; sampled as the first pixel of a frame passes.
     """
     def __init__(self, config: MatcherConfig):
         self.config = config
@@ -33,6 +35,7 @@ class Bec(wiring.Component):
         super().__init__({
             "i": In(stream.Signature(ColumnWord())),
             "o": Out(stream.Signature(BecWord(config))),
+            "in_use": In(IN_USE_BITS),
         })
 
     @property
@@ -54,6 +57,7 @@ class Bec(wiring.Component):
         m.submodules.comparison = tree = self.tree
         wiring.connect(m, wiring.flipped(self.i), sub_pixels.i)
         wiring.connect(m, sub_pixels.o, buffers.i)
+        m.d.comb += buffers.in_use.eq(self.in_use)
         wiring.connect(m, buffers.o, cost_energy.i)
         wiring.connect(m, cost_energy.o, edata.i)
 

@@ -21,10 +21,12 @@ __all__ = ["BecArray", "BecCell", "BecGroup", "BecWave"]
 class BecWave(data.StructLayout):
     """A column on its way along the labels: left at ``x``, right at ``x - d``.
 
-    ``inside``: ``d <= x``; ``pre``: it is the column before the line.
+    ``inside``: ``d <= x``; ``pre``: it is the column before the line. ``in_use``: labels in use, with or without ``valid``.
     """
-    def __init__(self):
-        super().__init__({"valid": 1, "pre": 1, "inside": 1, "left": Column(), "right": Column()})
+    def __init__(self, config: MatcherConfig):
+        super().__init__({
+            "valid": 1, "pre": 1, "inside": 1, "left": Column(), "right": Column(), "in_use": range(config.disparities + 1),
+        })
 
 
 class BecCell(wiring.Component):
@@ -45,6 +47,7 @@ class BecCell(wiring.Component):
     left, right : In(Column())
         At ``x`` and at ``x - d``.
     inside : In(1)
+        The right column is one, and the label is in use.
     valid1, valid4 : In(1)
         Whether there was a column one and four cycles ago.
     cost : Out(cost_bits)
@@ -132,7 +135,7 @@ class BecGroup(wiring.Component):
 
     Members
     -------
-    i : In(BecWave()), o : Out(BecWave())
+    i : In(BecWave(config)), o : Out(BecWave(config))
         From the group below, to the group above.
     cost : Out(ArrayLayout(cost_bits, n))
         Complements of ``E``.
@@ -147,7 +150,7 @@ class BecGroup(wiring.Component):
         self.labels = labels
         least = Least(config.cost_bits, config.disparities)
         super().__init__({
-            "i": In(BecWave()), "o": Out(BecWave()),
+            "i": In(BecWave(config)), "o": Out(BecWave(config)),
             "cost": Out(data.ArrayLayout(config.cost_bits, len(labels))),
             "least_i": In(least), "least_o": Out(least),
         })
@@ -165,7 +168,7 @@ class BecGroup(wiring.Component):
         for n, label in enumerate(self.labels):
             m.submodules[f"label_{label}"] = cell = BecCell(self.config)
             m.d.comb += [
-                cell.left.eq(self.i.left), cell.right.eq(right), cell.inside.eq(inside),
+                cell.left.eq(self.i.left), cell.right.eq(right), cell.inside.eq(inside & (self.i.in_use > label)),
                 cell.valid1.eq(valid[1]), cell.valid4.eq(valid[4]), self.cost[n].eq(cell.cost),
             ]
             costs.append(cell.cost)
@@ -176,7 +179,7 @@ class BecGroup(wiring.Component):
             right, inside = before, before_inside & ~self.i.pre
         m.d.sync += [
             self.o.valid.eq(self.i.valid), self.o.pre.eq(self.i.pre), self.o.left.eq(self.i.left),
-            self.o.right.eq(right), self.o.inside.eq(inside),
+            self.o.right.eq(right), self.o.inside.eq(inside), self.o.in_use.eq(self.i.in_use),
         ]
 
         # The least of the group; the greatest complement. The lower label stands first and stays on a tie.
@@ -216,7 +219,7 @@ class BecArray(wiring.Component):
 
     Members
     -------
-    wave : In(BecWave()), store : In(1)
+    wave : In(BecWave(config)), store : In(1)
     local : Out(range(D))
     address : In(range(depth))
     cost : Out(ArrayLayout(cost_bits, D))
@@ -227,7 +230,7 @@ class BecArray(wiring.Component):
         self.depth = depth
         self.groups = self.groups_of(config)
         super().__init__({
-            "wave": In(BecWave()),
+            "wave": In(BecWave(config)),
             "store": In(1),
             "local": Out(range(config.disparities)),
             "address": In(range(depth)),

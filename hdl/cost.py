@@ -4,7 +4,7 @@ from amaranth import *
 from amaranth.lib import data, stream, wiring
 from amaranth.lib.wiring import In, Out
 
-from golden.config import PIXEL_BITS, Arithmetic, MatcherConfig
+from golden.config import IN_USE_BITS, PIXEL_BITS, Arithmetic, MatcherConfig
 
 from .stream import FLAGS, ColumnWord, copy_flags
 
@@ -35,7 +35,7 @@ class SubPixelWord(data.StructLayout):
 
 
 class BuffersWord(data.StructLayout):
-    """Sub-pixels of the left picture at ``x`` and of the right one at ``x - d`` for every ``d``; ``inside``: ``d <= x``."""
+    """Sub-pixels of the left picture at ``x`` and of the right one at ``x - d`` for every ``d``; ``inside``: ``d <= x``, in use."""
     def __init__(self, config: MatcherConfig):
         super().__init__({
             "left": SubPixelSet(config),
@@ -68,9 +68,9 @@ class EdataWord(data.StructLayout):
 
 class _Stage(wiring.Component):
     """A pipeline stage: takes a word whenever its own is taken or absent."""
-    def __init__(self, config: MatcherConfig, i, o):
+    def __init__(self, config: MatcherConfig, i, o, **plain):
         self.config = config
-        super().__init__({"i": In(stream.Signature(i)), "o": Out(stream.Signature(o))})
+        super().__init__({"i": In(stream.Signature(i)), "o": Out(stream.Signature(o)), **plain})
 
 
 class SubPixels(_Stage):
@@ -126,7 +126,7 @@ class SubPixelBuffers(_Stage):
     """Buffers that pass the right picture's sub-pixels from disparity to disparity (thesis figure 21).
 
     What label ``d`` compared at ``x`` label ``d + 1`` compares at ``x + 1``: each sub-pixel is computed once. The golden model is
-    :func:`golden.cost.sub_pixel_buffers`.
+    :func:`golden.cost.sub_pixel_buffers`. Labels that are not in use count as outside the picture.
 
     Timing: latency :attr:`LATENCY` cycle; a word a cycle; ``i.ready`` depends combinationally on ``o.ready``.
 
@@ -134,23 +134,30 @@ class SubPixelBuffers(_Stage):
     -------
     i : In(stream.Signature(SubPixelWord(config)))
     o : Out(stream.Signature(BuffersWord(config)))
+    in_use : In(IN_USE_BITS)
+        Labels in use; sampled with the first word of a frame.
     """
     LATENCY = 1
 
     def __init__(self, config: MatcherConfig):
-        super().__init__(config, SubPixelWord(config), BuffersWord(config))
+        super().__init__(config, SubPixelWord(config), BuffersWord(config), in_use=In(IN_USE_BITS))
 
     def elaborate(self, platform):
         m = Module()
         labels = self.config.disparities
         start = Signal(init=1)
+        reached = Signal(labels, reset_less=True)  # d <= x
+        in_use  = Signal(labels, reset_less=True)
         m.d.comb += self.i.ready.eq(~self.o.valid | self.o.ready)
         with m.If(self.i.ready):
             m.d.sync += self.o.valid.eq(self.i.valid)
         with m.If(self.i.ready & self.i.valid):
             m.d.sync += [start.eq(self.i.p.beyond), self.o.p.left.eq(self.i.p.left), *_copy_beside(self.o.p, self.i.p)]
             m.d.sync += [self.o.p.right[0].eq(self.i.p.right), *(self.o.p.right[d].eq(self.o.p.right[d - 1]) for d in range(1, labels))]
-            m.d.sync += self.o.p.inside.eq(Mux(start, 1, Cat(Const(1, 1), self.o.p.inside)))
+            m.d.sync += reached.eq(Mux(start, 1, Cat(Const(1, 1), reached)))
+            with m.If(self.i.p.first):
+                m.d.sync += in_use.eq(Cat(self.in_use > d for d in range(labels)))
+        m.d.comb += self.o.p.inside.eq(reached & in_use)
         return m
 
 

@@ -4,7 +4,7 @@ from amaranth import *
 from amaranth.lib import stream, wiring
 from amaranth.lib.wiring import In, Out
 
-from golden.config import WEIGHT_BITS, Arithmetic, Engine, MatcherConfig
+from golden.config import IN_USE_BITS, WEIGHT_BITS, Arithmetic, Engine, MatcherConfig
 
 from .bec import Bec
 from .lines import LineStore
@@ -32,10 +32,12 @@ class Matcher(wiring.Component):
     o : Out(stream.Signature(DisparityWord(config)))
     u1, u2, u3 : In(WEIGHT_BITS)
         Weights of the left, upper and lower neighbour, grey levels a pixel.
-    set_weights : In(1)
-        Takes ``u1, u2, u3``; until its first pulse those of ``config`` are in force. The engine samples them as the first pixel of a
-        frame reaches it, about a line after it came. Set them between frames: before the first pixel of a frame is sent, they hold for
-        all of it; once its first disparity has come out, they hold from the next one on.
+    in_use : In(IN_USE_BITS)
+        Labels in use, ``1 .. D``; more are as many as there are. Those above cost what a candidate outside the picture does.
+    set_parameters : In(1)
+        Takes ``u1, u2, u3, in_use``; until its first pulse those of ``config`` are in force. BEC and engine sample them as the first pixel
+        of a frame reaches them, within about a line after it came. Set them between frames: before the first pixel of a frame is sent,
+        they hold for all of it; once its first disparity has come out, they hold from the next one on.
     error : Out(1)
         A ragged frame came; stays up until ``clear``.
     clear : In(1)
@@ -54,7 +56,8 @@ class Matcher(wiring.Component):
             "u1": In(WEIGHT_BITS),
             "u2": In(WEIGHT_BITS),
             "u3": In(WEIGHT_BITS),
-            "set_weights": In(1),
+            "in_use": In(IN_USE_BITS),
+            "set_parameters": In(1),
             "error": Out(1),
             "clear": In(1),
         })
@@ -108,11 +111,13 @@ class Matcher(wiring.Component):
             wiring.connect(m, self.bec.o, self.engine.i)
         wiring.connect(m, self.engine.o, wiring.flipped(self.o))
 
-        for name, default in zip(("u1", "u2", "u3"), self.config.weights, strict=True):
-            weight = Signal(WEIGHT_BITS, name=f"{name}_set", init=default)
-            with m.If(self.set_weights):
-                m.d.sync += weight.eq(getattr(self, name))
-            m.d.comb += getattr(self.engine, name).eq(weight)
+        config = self.config
+        for name, block, default in (("u1", self.engine, config.u1), ("u2", self.engine, config.u2), ("u3", self.engine, config.u3),
+                                     ("in_use", self.engine if self.streaming else self.bec, config.labels_in_use)):
+            value = Signal.like(getattr(self, name), name=f"{name}_set", init=default)
+            with m.If(self.set_parameters):
+                m.d.sync += value.eq(getattr(self, name))
+            m.d.comb += getattr(block, name).eq(value)
 
         with m.If(self.line_store.error):
             m.d.sync += self.error.eq(1)

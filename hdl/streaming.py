@@ -6,7 +6,7 @@ from amaranth.lib.fifo import SyncFIFOBuffered
 from amaranth.lib.memory import Memory
 from amaranth.lib.wiring import In, Out
 
-from golden.config import PIXEL_BITS, WEIGHT_BITS, MatcherConfig
+from golden.config import IN_USE_BITS, PIXEL_BITS, WEIGHT_BITS, MatcherConfig
 
 from .bec_array import BecArray, BecWave
 from .cones import Cones
@@ -36,15 +36,19 @@ class WaveSource(wiring.Component):
     -------
     i : In(stream.Signature(ColumnWord()))
     go : In(1)
-    wave : Out(BecWave())
+    in_use : In(IN_USE_BITS)
+        Labels in use; sampled before the first column of a frame.
+    wave : Out(BecWave(config))
     store : Out(1)
     pixel : Out(Pixel()), pixel_valid : Out(1)
     """
-    def __init__(self):
+    def __init__(self, config: MatcherConfig):
+        self.config = config
         super().__init__({
             "i": In(stream.Signature(ColumnWord())),
             "go": In(1),
-            "wave": Out(BecWave()),
+            "in_use": In(IN_USE_BITS),
+            "wave": Out(BecWave(config)),
             "store": Out(1),
             "pixel": Out(Pixel()),
             "pixel_valid": Out(1),
@@ -66,6 +70,9 @@ class WaveSource(wiring.Component):
                 m.d.comb += [pre.eq(1), issue.eq(self.i.valid & self.go)]
                 with m.If(issue):
                     m.d.sync += [line_zero.eq(self.i.p.first), line_one.eq(line_zero)]
+                    with m.If(self.i.p.first):
+                        labels = self.config.disparities
+                        m.d.sync += self.wave.in_use.eq(Mux(self.in_use > labels, labels, self.in_use))
                     m.next = "first column"
             with m.State("first column"):
                 m.d.comb += [issue.eq(self.i.valid & self.go), self.i.ready.eq(self.go)]
@@ -114,8 +121,8 @@ class StreamingEngine(wiring.Component):
 
     Timing: a pixel a cycle and two more a line; :attr:`latency` cycles from a wave to its disparity.
 
-    Memory: ``D`` costs for ``max_width + queue_depth + admission_latency + D - D/4`` pixels at most, a line of disparities, a line of pixels,
-    and the delays of :class:`LabelArray`.
+    Memory: ``D`` costs for ``max_width + queue_depth + admission_latency + D - D/4`` pixels at most, a line of disparities, a line of
+    pixels, and the delays of :class:`LabelArray`.
 
     Members
     -------
@@ -124,13 +131,15 @@ class StreamingEngine(wiring.Component):
     o : Out(stream.Signature(DisparityWord(config)))
     u1, u2, u3 : In(WEIGHT_BITS)
         Weights; sampled with the first pixel of a frame that is admitted.
+    in_use : In(IN_USE_BITS)
+        Labels in use; sampled as the first column of a frame comes.
     """
     clocks_per_pixel = 1
 
     def __init__(self, config: MatcherConfig):
         self.config = config
         # Pixels between BEC's entry and the labelling's: BEC's depth, and what the queue's own registers hold up.
-        self.source = WaveSource()
+        self.source = WaveSource(config)
         self.array = LabelArray(config)
         # (These depths carry the rate. Too small a one would cost clocks, never a wrong disparity.)
         self.queue_depth = BecArray.latency_of(config) + 10
@@ -146,6 +155,7 @@ class StreamingEngine(wiring.Component):
             "u1": In(WEIGHT_BITS),
             "u2": In(WEIGHT_BITS),
             "u3": In(WEIGHT_BITS),
+            "in_use": In(IN_USE_BITS),
         })
 
     @property
@@ -171,7 +181,7 @@ class StreamingEngine(wiring.Component):
         m.submodules.bec = bec = self.bec
         m.submodules.array = array = self.array
         wiring.connect(m, wiring.flipped(self.i), source.i)
-        m.d.comb += [bec.wave.eq(source.wave), bec.store.eq(source.store)]
+        m.d.comb += [bec.wave.eq(source.wave), bec.store.eq(source.store), source.in_use.eq(self.in_use)]
 
         # Queue: a pixel joins its local disparity there.
         queued = data.StructLayout({"pixel": Pixel(), "local": range(labels)})

@@ -5,7 +5,7 @@ from amaranth.lib import wiring
 from amaranth.lib.cdc import FFSynchronizer
 from amaranth.lib.wiring import In, Out
 
-from golden.config import PIXEL_BITS, WEIGHT_BITS, MatcherConfig
+from golden.config import IN_USE_BITS, PIXEL_BITS, WEIGHT_BITS, MatcherConfig
 
 from .matcher import Matcher
 from .timing import FrameTiming
@@ -29,7 +29,7 @@ class MatcherSystem(wiring.Component):
         As of :class:`hdl.timing.FrameTiming`.
     disparity : Out(range(D)), disparity_valid : Out(1), disparity_ready : In(1)
         The outgoing stream, in pixels, with ``disparity_first``, ``disparity_last``, ``disparity_end`` : Out(1).
-    u1, u2, u3, set_weights, error, clear
+    u1, u2, u3, in_use, set_parameters, error, clear
         As of :class:`hdl.matcher.Matcher`.
     """
     def __init__(self, config: MatcherConfig):
@@ -48,7 +48,8 @@ class MatcherSystem(wiring.Component):
             "u1": In(WEIGHT_BITS),
             "u2": In(WEIGHT_BITS),
             "u3": In(WEIGHT_BITS),
-            "set_weights": In(1),
+            "in_use": In(IN_USE_BITS),
+            "set_parameters": In(1),
             "clear": In(1),
             "disparity": Out(range(config.disparities)),
             "disparity_first": Out(1),
@@ -73,7 +74,7 @@ class MatcherSystem(wiring.Component):
         wiring.connect(m, timing.o, matcher.i)
         m.d.comb += [getattr(timing, name).eq(getattr(self, name))
                      for name in ("frame_valid", "line_valid", "pixel_valid", "left", "right")]
-        m.d.comb += [getattr(matcher, name).eq(getattr(self, name)) for name in ("u1", "u2", "u3", "set_weights", "clear")]
+        m.d.comb += [getattr(matcher, name).eq(getattr(self, name)) for name in ("u1", "u2", "u3", "in_use", "set_parameters", "clear")]
         m.d.comb += [
             self.disparity.eq(matcher.o.p.disparity), self.disparity_first.eq(matcher.o.p.first),
             self.disparity_last.eq(matcher.o.p.last), self.disparity_end.eq(matcher.o.p.end),

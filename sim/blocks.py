@@ -20,7 +20,7 @@ __all__ = ["CONFIGS", "Blocks"]
 
 CONFIGS = {
     "thesis": MatcherConfig(disparities=6, arithmetic=Arithmetic.THESIS, max_width=13),
-    "linear": MatcherConfig(disparities=6, arithmetic=Arithmetic.LINEAR, max_width=13),
+    "linear": MatcherConfig(disparities=6, arithmetic=Arithmetic.LINEAR, in_use=5, max_width=13),
 }
 
 

@@ -66,7 +66,7 @@ def _by_label(left, right, config):
 
 
 def _inside(x, config):
-    return (1 << min(x + 1, config.disparities)) - 1
+    return (1 << min(x + 1, config.labels_in_use)) - 1
 
 
 def buffers_words(left, right, config):

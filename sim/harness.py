@@ -141,8 +141,8 @@ def _watch(path: Path, progress: Callable[[int], None] | None):
 
 
 def simulate(config: MatcherConfig, lefts, rights, *, simulator: str, work_dir: str | os.PathLike[str], stall_i: float = 0.0,
-             stall_o: float = 0.0, weights: tuple[int, int, int] | None = None, seed: int = 1, waves: bool = False,
-             progress: Callable[[int], None] | None = None, stage: Callable[[str], None] = lambda text: None,
+             stall_o: float = 0.0, weights: tuple[int, int, int] | None = None, in_use: int | None = None, seed: int = 1,
+             waves: bool = False, progress: Callable[[int], None] | None = None, stage: Callable[[str], None] = lambda text: None,
              verilog: str | os.PathLike[str] | None = None, timeout: int = 200_000) -> Result:
     """Run pictures through the Verilog of ``Matcher(config)``, one frame after another.
 
@@ -159,6 +159,8 @@ def simulate(config: MatcherConfig, lefts, rights, *, simulator: str, work_dir: 
         Chance of an idle clock before a pixel pair, of a clock in which no disparity is taken; rounded to 1/256, below 1.
     weights : (u1, u2, u3)
         Given to the inputs; those of ``config``, built in, by default.
+    in_use : int
+        Labels in use, given with the weights; all by default, those of ``config`` if no weights are given.
     seed : int
         Of the stalls.
     waves : bool
@@ -201,6 +203,8 @@ def simulate(config: MatcherConfig, lefts, rights, *, simulator: str, work_dir: 
     settings = {"stall_i": min(round(256 * stall_i), 255), "stall_o": min(round(256 * stall_o), 255), "seed": seed, "timeout": timeout}
     if weights is not None:
         settings |= dict(zip(("u1", "u2", "u3"), weights, strict=True))
+    if in_use is not None:
+        settings["in_use"] = in_use
     plusargs += [f"+{name}={value}" for name, value in settings.items()]
     waves_file = work / f"matcher.{'fst' if simulator == 'icarus' else 'vcd'}" if waves else None
 

@@ -8,6 +8,7 @@
 //           +stall_i= +stall_o=               chance of a stall in each clock, in 1/256; 0 by default
 //           +seed=                            of the stalls
 //           +u1= +u2= +u3=                    weights, all three; those the matcher was built with by default
+//           +in_use=                          labels in use, with the weights; all by default
 //           +timeout=                         clocks without a transfer after which the bench gives up; 200000 by default
 //
 // The report is lines of `key value`. All times are in clocks; latency counts from the clock in which a pixel pair is taken to the
@@ -36,11 +37,12 @@ module harness #(
   reg                   o_ready;
   wire [LABEL_BITS+2:0] o_payload;
   reg  [5:0]            u1, u2, u3;
-  reg                   set_weights;
+  reg  [8:0]            in_use;
+  reg                   set_parameters;
   wire                  error;
 
   matcher dut(
-    .clk(clk), .rst(rst), .u1(u1), .u2(u2), .u3(u3), .set_weights(set_weights), .clear(1'b0), .error(error),
+    .clk(clk), .rst(rst), .u1(u1), .u2(u2), .u3(u3), .in_use(in_use), .set_parameters(set_parameters), .clear(1'b0), .error(error),
     .i__valid(i_valid), .i__ready(i_ready), .i__payload(i_payload),
     .o__valid(o_valid), .o__ready(o_ready), .o__payload(o_payload));
 
@@ -123,7 +125,7 @@ module harness #(
     rc = $value$plusargs("stall_o=%d", stall_o);
     rc = $value$plusargs("seed=%d", seed);
     rc = $value$plusargs("timeout=%d", timeout);
-    set_weights = 0;
+    set_parameters = 0;
     weight = 0;
     given = $value$plusargs("u1=%d", weight);
     u1 = weight[5:0];
@@ -131,6 +133,9 @@ module harness #(
     u2 = weight[5:0];
     rc = $value$plusargs("u3=%d", weight);
     u3 = weight[5:0];
+    weight = 256;
+    rc = $value$plusargs("in_use=%d", weight);
+    in_use = weight[8:0];
     rc = $value$plusargs("left=%s", left_name);
     rc = $value$plusargs("right=%s", right_name);
     rc = $value$plusargs("output=%s", output_name);
@@ -150,9 +155,9 @@ module harness #(
       bad_files = left_file == 0 || right_file == 0 || output_file == 0 || report_file == 0;
       if (!bad_files) next_picture;
       if (frames_read == 0) bad_files = 1;
-      set_weights <= given != 0;
+      set_parameters <= given != 0;
     end else
-      set_weights <= 0;
+      set_parameters <= 0;
 
     if (running) begin
       clock = clock + 1;

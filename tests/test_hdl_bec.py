@@ -31,7 +31,8 @@ def test_matches_golden(config, stall):
     for pair in pairs(config):
         columns += column_words(*pair)
         words += bec_words_of(*pair, config)
-    out = run_stream(Bec(config), columns, rng=np.random.default_rng(1), stall_i=stall, stall_o=stall)
+    out = run_stream(Bec(config), columns, rng=np.random.default_rng(1), stall_i=stall, stall_o=stall,
+                     inputs={"in_use": config.labels_in_use})
     assert [comparable(word) for word in out] == words
 
 
@@ -39,7 +40,7 @@ def test_ties_go_to_the_smaller_disparity():
     """Equal pictures of one grey level: every candidate inside costs nothing."""
     config = MatcherConfig(disparities=6, arithmetic=Arithmetic.THESIS)
     grey = np.full((2, 9), 77)
-    out = run_stream(Bec(config), column_words(grey, grey), rng=np.random.default_rng(1))
+    out = run_stream(Bec(config), column_words(grey, grey), rng=np.random.default_rng(1), inputs={"in_use": config.disparities})
     assert [word.local for word in out] == [0] * 18
     assert list(out[8].cost) == [0] * 6
 

@@ -13,7 +13,7 @@ from sim.clocked import run_clocked
 NAMES = ("minus", "line", "plus")
 
 
-def waves_of(left, right, rng, stall):
+def waves_of(left, right, in_use, rng, stall):
     """Waves of a picture: one before each line, its columns, one past it; and, beside each, the pixel that it completes."""
     columns = [line_store(side).tolist() for side in (left, right)]
     height, width = left.shape
@@ -26,7 +26,7 @@ def waves_of(left, right, rng, stall):
             column = min(max(x, 0), width - 1)
             sides = {side: dict(zip(NAMES, lines[y][column])) for side, lines in zip(("left", "right"), columns)}
             done = x >= 1
-            wave = {"valid": 1, "pre": int(x < 0), "inside": int(x >= 0), **sides}
+            wave = {"valid": 1, "pre": int(x < 0), "inside": int(x >= 0), "in_use": in_use, **sides}
             yield {"wave": wave, "store": int(done)}, (y, x - 1) if done else None
 
 
@@ -35,7 +35,9 @@ def waves_of(left, right, rng, stall):
     (2, 1, 1), (2, 6, 3), (3, 9, 2), (4, 5, 3), (5, 12, 3), (13, 30, 2), (13, 4, 3), (18, 40, 2), (33, 70, 1),
 ])
 def test_matches_golden(labels, width, height, stall):
-    config = MatcherConfig(disparities=labels, arithmetic=Arithmetic.LINEAR)
+    # The second picture may not use all labels.
+    configs = [MatcherConfig(disparities=labels, arithmetic=Arithmetic.LINEAR, in_use=in_use) for in_use in (None, labels - labels // 3)]
+    config = configs[0]
     rng = np.random.default_rng(3)
     pictures = [scene(width, height, labels, seed=4)[:2], noise(width, height, seed=5)]
     count = 2 * width * height
@@ -43,14 +45,15 @@ def test_matches_golden(labels, width, height, stall):
     dut = BecArray(config, depth)
     latency = BecArray.latency_of(config)
 
-    cycles = [cycle for pair in pictures for cycle in waves_of(*pair, rng, stall)]
+    cycles = [cycle for pair, config in zip(pictures, configs)
+              for cycle in waves_of(*pair, config.labels_in_use, rng, stall)]
     waves = [inputs for inputs, _ in cycles]
-    idle = {"wave": {"valid": 0}, "store": 0}
+    idle = {"wave": {"valid": 0, "in_use": configs[1].labels_in_use}, "store": 0}
     # Then every cost is read; label d shows it d + 2 cycles after the address.
     reads = [{**idle, "address": place} for place in range(count)]
     out = run_clocked(dut, [*waves, *[idle] * (latency + 5), *reads], ["local", "cost"], idle=idle, drain=labels + 2)
 
-    costs = np.concatenate([matching_cost(*pair, config).reshape(-1, labels) for pair in pictures])
+    costs = np.concatenate([matching_cost(*pair, config).reshape(-1, labels) for pair, config in zip(pictures, configs)])
     local = [out[cycle + latency]["local"] for cycle, (_, pixel) in enumerate(cycles) if pixel is not None]
     assert local == local_disparity(costs).tolist()
     begin = len(waves) + latency + 5

@@ -35,7 +35,7 @@ def manifest(folder):
 def header(text, module):
     """Ports of a module of the Verilog text: name to (direction, width)."""
     body = re.search(rf"(?ms)^module {module}\((.*?)\);(.*?)^endmodule", text)
-    names = body[1].replace("\n", " ").split(", ")
+    names = re.findall(r"\w+", body[1])
     found = {name: (direction, int(high or 0) + 1) for direction, high, name
              in re.findall(r"(?m)^  (input|output) (?:\[(\d+):0\] )?(\w+);$", body[2])}
     assert sorted(names) == sorted(found)

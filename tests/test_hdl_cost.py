@@ -15,7 +15,7 @@ CONFIGS = [
     MatcherConfig(disparities=2, arithmetic=Arithmetic.THESIS),
     MatcherConfig(disparities=7, arithmetic=Arithmetic.THESIS),
     MatcherConfig(disparities=2, arithmetic=Arithmetic.LINEAR, fraction_bits=0),
-    MatcherConfig(disparities=7, arithmetic=Arithmetic.LINEAR, fraction_bits=3),
+    MatcherConfig(disparities=7, arithmetic=Arithmetic.LINEAR, fraction_bits=3, in_use=5),
 ]
 SIZES = [(1, 1), (5, 3), (1, 2), (2, 1), (12, 2), (1, 1)]
 
@@ -40,7 +40,9 @@ def pairs():
 def test_matches_golden(stage, config, stall):
     component, gives_in, gives_out = STAGES[stage]
     words, expected = ([word for pair in pairs() for word in give(*pair, config)] for give in (gives_in, gives_out))
-    out = run_stream(component(config), words, count=len(expected), rng=np.random.default_rng(1), stall_i=stall, stall_o=stall)
+    inputs = {"in_use": config.labels_in_use} if stage == "SubPixelBuffers" else {}
+    out = run_stream(component(config), words, count=len(expected), rng=np.random.default_rng(1), stall_i=stall, stall_o=stall,
+                     inputs=inputs)
     assert [comparable(word) for word in out] == [comparable(word) for word in expected]
 
 

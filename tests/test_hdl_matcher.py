@@ -5,7 +5,7 @@ import pytest
 from amaranth import *
 from amaranth.sim import Simulator
 
-from golden.config import WEIGHT_MAX, Arithmetic, MatcherConfig
+from golden.config import WEIGHT_MAX, Arithmetic, Engine, MatcherConfig
 from golden.labelling import match
 from golden.scenes import discriminates, scene
 from hdl.matcher import Matcher
@@ -102,33 +102,36 @@ def run_script(dut, script, count=None, *, stall=0.0, elaboratable=None):
     return [comparable(word) for word in given], errors
 
 
-async def set_weights(ctx, dut, weights, *, pulse=True):
-    for name, weight in zip(("u1", "u2", "u3"), weights):
-        ctx.set(getattr(dut, name), weight)
-    ctx.set(dut.set_weights, pulse)
+async def set_parameters(ctx, dut, weights, in_use=None, *, pulse=True):
+    for name, value in zip(("u1", "u2", "u3", "in_use"), (*weights, in_use or dut.config.disparities)):
+        ctx.set(getattr(dut, name), value)
+    ctx.set(dut.set_parameters, pulse)
     await ctx.tick()
-    ctx.set(dut.set_weights, 0)
+    ctx.set(dut.set_parameters, 0)
 
 
-@pytest.mark.parametrize("arithmetic", ["thesis", "linear"])
-def test_weights(arithmetic):
+ENGINES = [MatcherConfig(disparities=6, arithmetic=arithmetic, max_width=16, engine=engine) for arithmetic, engine in (
+    (Arithmetic.THESIS, Engine.SEQUENTIAL), (Arithmetic.LINEAR, Engine.SEQUENTIAL), (Arithmetic.LINEAR, Engine.STREAMING))]
+
+
+@pytest.mark.parametrize("config", ENGINES, ids=lambda config: f"{config.engine}-{config.arithmetic}")
+def test_parameters(config):
     """Built-in ones until the first pulse; new ones from the next frame on, even if they come while a frame leaves."""
-    config = MatcherConfig(disparities=6, arithmetic=arithmetic, max_width=16)
     left, right, _ = scene(14, 5, 6, seed=1)
-    sets = [config.weights, (0, WEIGHT_MAX, 0), (WEIGHT_MAX, 0, 1), (3, 0, WEIGHT_MAX)]
-    expected = [golden_words(left, right, replace(config, **dict(zip(("u1", "u2", "u3"), weights)))) for weights in sets]
+    sets = [(*config.weights, 6), (0, WEIGHT_MAX, 0, 6), (WEIGHT_MAX, 0, 1, 3), (*config.weights, 5), (3, 0, WEIGHT_MAX, 1)]
+    expected = [golden_words(left, right, replace(config, **dict(zip(("u1", "u2", "u3", "in_use"), values)))) for values in sets]
     assert all(a != b for n, a in enumerate(expected) for b in expected[:n])  # each set gives another picture
     dut = Matcher(config)
 
     async def script(ctx, send_words, given):
-        await set_weights(ctx, dut, (33, 44, 55), pulse=False)  # inputs alone change nothing
-        for number, weights in enumerate(sets):
+        await set_parameters(ctx, dut, (33, 44, 55), 2, pulse=False)  # inputs alone change nothing
+        for number, (*weights, in_use) in enumerate(sets):
             await send_words(pixel_words(left, right))
             while len(given) < number * left.size + 1:          # the frame has begun to leave
                 await ctx.tick()
             if number + 1 < len(sets):
-                await set_weights(ctx, dut, sets[number + 1])
-                await set_weights(ctx, dut, weights, pulse=False)
+                await set_parameters(ctx, dut, sets[number + 1][:3], sets[number + 1][3])
+                await set_parameters(ctx, dut, weights, in_use, pulse=False)
 
     given, errors = run_script(dut, script, len(sets) * left.size)
     assert given == [word for words in expected for word in words]
@@ -205,7 +208,7 @@ def test_reset_in_mid_frame(cut):
     before = []
 
     async def script(ctx, send_words, given):
-        await set_weights(ctx, dut, (1, 2, 3))
+        await set_parameters(ctx, dut, (1, 2, 3))
         await send_words(pixel_words(left, right)[:cut])
         ctx.set(reset, 1)
         await ctx.tick()

@@ -1,12 +1,11 @@
 """The matcher with the streaming engine; its blocks have tests of their own."""
 
-from dataclasses import replace
 
 import numpy as np
 import pytest
 from amaranth import *
 
-from golden.config import WEIGHT_MAX, Arithmetic, Engine, MatcherConfig
+from golden.config import Arithmetic, Engine, MatcherConfig
 from golden.labelling import match
 from golden.scenes import discriminates, scene
 from hdl.matcher import Matcher
@@ -14,7 +13,7 @@ from sim.cases import comparable, noise, pixel_words
 from sim.streams import run_stream
 
 from .test_hdl_lines import MAX_WIDTH, RAGGED, repaired
-from .test_hdl_matcher import golden_words, run_script, set_weights
+from .test_hdl_matcher import golden_words, run_script
 
 
 def config_of(labels, max_width, **settings):
@@ -66,27 +65,6 @@ def test_one_pixel_a_clock(labels, width):
     assert gaps[width - 1::width].tolist() == [3] * (height - 1)
     latency = np.subtract(cycles["o"], cycles["i"])
     assert latency.max() <= 2 * width + dut.latency_clocks
-
-
-def test_weights():
-    config = config_of(6, 40)
-    left, right, _ = scene(40, 4, 6, seed=1)
-    sets = [config.weights, (0, WEIGHT_MAX, 0), (WEIGHT_MAX, 0, 1), (3, 0, WEIGHT_MAX)]
-    expected = [golden_words(left, right, replace(config, **dict(zip(("u1", "u2", "u3"), weights)))) for weights in sets]
-    assert all(a != b for n, a in enumerate(expected) for b in expected[:n])
-    dut = Matcher(config)
-
-    async def script(ctx, send_words, given):
-        for number in range(len(sets)):
-            await send_words(pixel_words(left, right))
-            while len(given) < number * left.size + 1:  # the frame has begun to leave
-                await ctx.tick()
-            if number + 1 < len(sets):
-                await set_weights(ctx, dut, sets[number + 1])
-
-    given, errors = run_script(dut, script, len(sets) * left.size)
-    assert given == [word for words in expected for word in words]
-    assert not any(errors)
 
 
 @pytest.mark.parametrize("case", RAGGED)

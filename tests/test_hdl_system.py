@@ -47,13 +47,13 @@ RESET = [{"reset_n": 0, "disparity_ready": 1}, {}, {}, {"reset_n": 1}, *({} for 
 def test_frames():
     """Camera in, disparities out; weights; a reset, even in mid-frame, brings the built-in ones back."""
     left, right, _ = scene(14, 4, 6, seed=1)
-    weighted = MatcherConfig(disparities=6, arithmetic=Arithmetic.LINEAR, max_width=16, u1=63, u2=2, u3=30)
+    weighted = MatcherConfig(disparities=6, arithmetic=Arithmetic.LINEAR, max_width=16, u1=63, u2=2, u3=30, in_use=5)
     expected = [disparity_words(match(left, right, config)) for config in (CONFIG, weighted)]
     assert expected[0] != expected[1]
     frame = show(left, right)
-    weights = {"u1": 63, "u2": 2, "u3": 30}
+    weights = {"u1": 63, "u2": 2, "u3": 30, "in_use": 5}
     words, status = run_system(MatcherSystem(CONFIG), [
-        *RESET, *frame, {**weights, "set_weights": 1}, {"u1": 1, "set_weights": 0}, *frame,
+        *RESET, *frame, {**weights, "set_parameters": 1}, {"u1": 1, "set_parameters": 0}, *frame,
         *frame[:40], *RESET, {"frame_valid": 0}, {}, *frame])
     assert words == [*expected[0], *expected[1], *expected[0]]
     assert set(status) == {(0, 0)}
