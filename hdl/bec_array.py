@@ -11,7 +11,7 @@ from amaranth.lib.wiring import In, Out
 
 from golden.config import PIXEL_BITS, PIXEL_MAX, MatcherConfig
 
-from .delay import Delay, add_with_carry
+from .delay import Delay, add_with_carry, data_register
 from .stream import Column, Least
 
 
@@ -121,7 +121,7 @@ class BecCell(wiring.Component):
         # ~(total + side + sign) == ~total + ~side + ~sign in as many bits.
         bits = self.config.cost_bits
         complement = [Cat(~part, Const(-1, bits - len(part))) for part in (total, side)]
-        m.d.sync += self.cost.eq(Mux(total_inside, add_with_carry(*complement, ~total_sign)[:bits], 0))
+        m.d.sync += data_register(m, self.cost).eq(Mux(total_inside, add_with_carry(*complement, ~total_sign)[:bits], 0))
         return m
 
 
@@ -177,10 +177,9 @@ class BecGroup(wiring.Component):
             with m.If(self.i.valid):
                 m.d.sync += [before.eq(right), before_inside.eq(inside)]
             right, inside = before, before_inside & ~self.i.pre
-        m.d.sync += [
-            self.o.valid.eq(self.i.valid), self.o.pre.eq(self.i.pre), self.o.left.eq(self.i.left),
-            self.o.right.eq(right), self.o.inside.eq(inside), self.o.in_use.eq(self.i.in_use),
-        ]
+        m.d.sync += self.o.valid.eq(self.i.valid)
+        m.d.sync += [data_register(m, self.o[field], f"o_{field}").eq(value) for field, value in (
+            ("pre", self.i.pre), ("left", self.i.left), ("right", right), ("inside", inside), ("in_use", self.i.in_use))]
 
         # The least of the group; the greatest complement. The lower label stands first and stays on a tie.
         rivals = [(cost, Const(0, 0)) for cost in costs]
@@ -196,13 +195,14 @@ class BecGroup(wiring.Component):
             rivals = winners
         (value, index), = rivals
         first = self.labels[0]
+        least_o = data_register(m, self.least_o)
         if first == 0:
-            m.d.sync += [self.least_o.value.eq(value), self.least_o.index.eq(index)]
+            m.d.sync += [least_o.value.eq(value), least_o.index.eq(index)]
         else:
             with m.If(value > self.least_i.value):
-                m.d.sync += [self.least_o.value.eq(value), self.least_o.index.eq(first + index)]
+                m.d.sync += [least_o.value.eq(value), least_o.index.eq(first + index)]
             with m.Else():
-                m.d.sync += self.least_o.eq(self.least_i)
+                m.d.sync += least_o.eq(self.least_i)
         return m
 
 
@@ -278,18 +278,15 @@ class BecArray(wiring.Component):
             read_port = memory.read_port()
             # A group reads as many cycles after the one below it as that one has labels.
             if labels[0]:
-                m.submodules[f"read_delay_{labels[0]}"] = read_delay = Delay(range(depth), BecGroup.SIZE - 1)
-                m.d.comb += read_delay.i.eq(read_place)
-                read_place = read_delay.o
-            here = Signal(range(depth), name=f"read_place_{labels[0]}", reset_less=True)
-            m.d.sync += here.eq(read_place)
-            read_place = here
+                for stage in range(BecGroup.SIZE):
+                    before, read_place = read_place, Signal(range(depth), name=f"read_place_{labels[0]}_{stage}", reset_less=True)
+                    m.d.sync += read_place.eq(before)
             m.d.comb += [
                 write_port.en.eq(write), write_port.addr.eq(write_place), write_port.data.eq(group.cost),
                 read_port.en.eq(1), read_port.addr.eq(read_place),
             ]
             for n, label in enumerate(labels):
-                m.submodules[f"skew_{label}"] = skew = Delay(config.cost_bits, n)
+                m.submodules[f"skew_{label}"] = skew = Delay(config.cost_bits, 1 + n)
                 m.d.comb += [skew.i.eq(read_port.data[n]), self.cost[label].eq(skew.o)]
         m.d.comb += self.local.eq(least.index)
         return m

@@ -6,7 +6,7 @@ from amaranth.lib.wiring import In, Out
 
 from golden.config import PIXEL_BITS, WEIGHT_BITS, MatcherConfig
 
-from .delay import Delay, add_with_carry, multiply
+from .delay import Delay, add_with_carry, data_register, multiply
 from .label_array import DownWave, UpWave
 
 
@@ -116,10 +116,11 @@ class Cones(wiring.Component):
         ]
 
         # Steps.
+        up, step = data_register(m, self.up), data_register(m, self.down.step, "step")
         m.d.sync += [
-            self.up.cone.eq(cone), self.up.low.eq(vertex.low), self.up.high.eq(vertex.high),
-            self.up.falling.eq(negative - both), self.up.between.eq(apart - slope), self.up.rising.eq(both - slope),
-            self.down.step.eq(slope << 1),
+            up.cone.eq(cone), up.low.eq(vertex.low), up.high.eq(vertex.high),
+            up.falling.eq(negative - both), up.between.eq(apart - slope), up.rising.eq(both - slope),
+            step.eq(slope << 1),
         ]
 
         # The ramp at label D-1.

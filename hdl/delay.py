@@ -1,21 +1,22 @@
 """Fixed delays, and sums shaped for carry chains."""
 
 from amaranth import *
-from amaranth.lib import wiring
+from amaranth.lib import stream, wiring
 from amaranth.lib.memory import Memory
 from amaranth.lib.wiring import In, Out
 
 
-__all__ = ["Delay", "add_with_carry", "multiply"]
+__all__ = ["Delay", "StreamRegister", "add_with_carry", "data_register", "multiply"]
 
 
 class Delay(wiring.Component):
     """Gives every word back ``clocks`` cycles later.
 
     Timing: one word a cycle, always. Short delays are flip-flops; longer ones are a memory read and written at one address, which old
-    words leave as new ones come. What comes out before the first word is undefined, or zero with ``clean``: control bits need that.
+    words leave as new ones come, and a register behind it: a memory block is slow to give its word. What comes out before the first
+    word is undefined, or zero with ``clean``: control bits need that.
 
-    Memory: ``clocks - 1`` words where the delay is longer than :attr:`LONGEST_IN_REGISTERS` cycles.
+    Memory: ``clocks - 2`` words where the delay is longer than :attr:`LONGEST_IN_REGISTERS` cycles.
 
     Parameters
     ----------
@@ -52,7 +53,7 @@ class Delay(wiring.Component):
             m.d.comb += self.o.eq(word)
             return m
 
-        depth = self.clocks - 1
+        depth = self.clocks - 2
         m.submodules.memory = memory = Memory(shape=self.shape, depth=depth, init=[])
         read_port = memory.read_port()
         write_port = memory.write_port()
@@ -65,14 +66,63 @@ class Delay(wiring.Component):
             read_port.addr.eq(place), read_port.en.eq(1),
             write_port.addr.eq(place), write_port.data.eq(self.i), write_port.en.eq(1),
         ]
+        later = Signal(self.shape, reset_less=not self.clean)
+        m.d.sync += later.eq(read_port.data)
         if self.clean:
             read_around = Signal()
             m.d.sync += read_around.eq(around)
-            with m.If(read_around):
-                m.d.comb += self.o.eq(read_port.data)
-        else:
-            m.d.comb += self.o.eq(read_port.data)
+            with m.If(~read_around):
+                m.d.sync += later.eq(0)
+        m.d.comb += self.o.eq(later)
         return m
+
+
+class StreamRegister(wiring.Component):
+    """A word of a stream in registers: behind a memory, which is slow to give its word.
+
+    Timing: latency 1 cycle, a word a cycle; ``i.ready`` depends combinationally on ``o.ready``.
+
+    Members
+    -------
+    i : In(stream.Signature(shape))
+    o : Out(stream.Signature(shape))
+    """
+    LATENCY = 1
+
+    def __init__(self, shape):
+        super().__init__({"i": In(stream.Signature(shape)), "o": Out(stream.Signature(shape))})
+
+    def elaborate(self, platform):
+        m = Module()
+        payload = data_register(m, self.o.payload)
+        m.d.comb += self.i.ready.eq(self.o.ready | ~self.o.valid)
+        with m.If(self.i.ready):
+            m.d.sync += [self.o.valid.eq(self.i.valid), payload.eq(self.i.payload)]
+        return m
+
+
+def data_register(m, port, name=None):
+    """A register without reset that drives an output; what it holds is data, and something beside it tells whether it is valid.
+
+    The register that an output itself would be has a reset, as all members of an interface. Thousands of them make the reset the net of
+    the most pins, for nothing.
+
+    Parameters
+    ----------
+    m : Module
+    port : Value
+        Output of a component, or a field of one.
+    name : str
+        Of the register; that of the output by default, with ``_data`` behind it. A field has none.
+
+    Returns
+    -------
+    Signal
+        As wide, to be assigned in a clock domain.
+    """
+    register = Signal.like(port, name=name or f"{Value.cast(port).name}_data", reset_less=True)
+    m.d.comb += port.eq(register)
+    return register
 
 
 def add_with_carry(a, b, carry):

@@ -9,7 +9,7 @@ from amaranth.lib.wiring import In, Out
 
 from golden.config import MatcherConfig
 
-from .delay import Delay
+from .delay import Delay, data_register
 from .stream import Least
 
 
@@ -73,17 +73,18 @@ class UpCell(wiring.Component):
         # Stage 1: the cones' step to the next label; this label's energy.
         step = Mux(self.i.low > self.label, self.i.falling, Mux(self.i.high > self.label, self.i.between, self.i.rising))
         energy = Signal(up_values(self.config), reset_less=True)
-        m.d.sync += [self.o.eq(self.i), self.o.cone.eq(self.i.cone + step)]
+        o, least_o = data_register(m, self.o), data_register(m, self.least_o)
+        m.d.sync += [o.eq(self.i), o.cone.eq(self.i.cone + step)]
         m.d.sync += energy.eq(((~self.cost).as_unsigned()[:len(self.cost)] << self.config.energy_shift) + self.i.cone)
 
         # Stage 2: the recursion.
         if self.label == 0:
-            m.d.sync += [self.least_o.value.eq(energy), self.least_o.index.eq(0)]
+            m.d.sync += [least_o.value.eq(energy), least_o.index.eq(0)]
         else:
             with m.If(self.least_i.value <= energy):
-                m.d.sync += self.least_o.eq(self.least_i)
+                m.d.sync += least_o.eq(self.least_i)
             with m.Else():
-                m.d.sync += [self.least_o.value.eq(energy), self.least_o.index.eq(self.label)]
+                m.d.sync += [least_o.value.eq(energy), least_o.index.eq(self.label)]
         return m
 
 
@@ -127,18 +128,19 @@ class DownCell(wiring.Component):
         m = Module()
         # Stage 1.
         here = Signal(Least(self.config.energy_bits, self.config.disparities), reset_less=True)
+        o, least_o = data_register(m, self.o), data_register(m, self.least_o)
         m.d.sync += [
-            self.o.step.eq(self.i.step), self.o.ramp.eq(self.i.ramp - self.i.step),
+            o.step.eq(self.i.step), o.ramp.eq(self.i.ramp - self.i.step),
             here.value.eq(self.up.value + self.i.ramp), here.index.eq(self.up.index),
         ]
         # Stage 2: the recursion.
         if self.label == self.config.disparities - 1:
-            m.d.sync += self.least_o.eq(here)
+            m.d.sync += least_o.eq(here)
         else:
             with m.If(self.least_i.value < here.value):
-                m.d.sync += self.least_o.eq(self.least_i)
+                m.d.sync += least_o.eq(self.least_i)
             with m.Else():
-                m.d.sync += self.least_o.eq(here)
+                m.d.sync += least_o.eq(here)
         return m
 
 
@@ -213,6 +215,7 @@ class LabelArray(wiring.Component):
             wave, least = cell.o, cell.least_o
             answers[label] = least.index
 
+        transition = data_register(m, self.transition)
         # Together. Label 0 is last; the others of a group wait for its lowest in registers, the group for label 0 in a memory.
         for low in range(0, labels, self.GROUP):
             group = range(low, min(low + self.GROUP, labels))
@@ -221,5 +224,5 @@ class LabelArray(wiring.Component):
             for label in group:
                 m.submodules[f"align_{low}_{label}"] = skew = Delay(range(labels), label - low)
                 m.d.comb += [skew.i.eq(answers[label]), align.i[label - low].eq(skew.o)]
-                m.d.sync += self.transition[label].eq(align.o[label - low])
+                m.d.sync += transition[label].eq(align.o[label - low])
         return m

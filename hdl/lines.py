@@ -8,6 +8,7 @@ from amaranth.lib.wiring import In, Out
 
 from golden.config import PIXEL_BITS, MatcherConfig
 
+from .delay import StreamRegister
 from .stream import ColumnWord, PixelPair
 
 
@@ -32,7 +33,8 @@ class LineStore(wiring.Component):
     With ``line_below`` a line more follows the last one, marked ``below``: only its minus pixels mean anything. The streaming engine
     walks along it for the last line's disparities; ``end`` is then the end of that line.
 
-    Timing: at most one column a cycle; at a line's start one cycle more. ``o.valid`` does not depend on ``o.ready``.
+    Timing: at most one column a cycle; at a line's start one cycle more. ``o`` leaves a register. What the memories give passes through
+    one too, because a memory block is slow to give its word.
 
     Memory: ``2 * max_width * 16`` bits and the Plus Line FIFO, ``PLUS_DEPTH * 19`` bits. That FIFO is kept short: what waits in it
     is latency, and three whole lines would be one more than the method needs.
@@ -65,10 +67,11 @@ class LineStore(wiring.Component):
 
         # Plus Line FIFO.
         m.submodules.plus_fifo = fifo = SyncFIFOBuffered(width=self.i.p.shape().size, depth=self.PLUS_DEPTH)
-        head = Signal(PixelPair())
+        m.submodules.plus_register = plus_register = StreamRegister(PixelPair())
+        come, head = plus_register.o, plus_register.o.p
         m.d.comb += [
             fifo.w_data.eq(self.i.p), fifo.w_en.eq(self.i.valid), self.i.ready.eq(fifo.w_rdy),
-            head.eq(fifo.r_data),
+            plus_register.i.payload.eq(fifo.r_data), plus_register.i.valid.eq(fifo.r_rdy), fifo.r_en.eq(plus_register.i.ready),
         ]
 
         # Line and Minus Line memories: read a column, a cycle later write it back moved down by one line.
@@ -100,7 +103,10 @@ class LineStore(wiring.Component):
         held_top   = Signal(reset_less=True)
         held_last  = Signal(reset_less=True)
         leave      = Signal()
-        m.d.comb += leave.eq(held & (self.o.ready | ~held_shown))
+        m.submodules.column = column_register = StreamRegister(ColumnWord())
+        wiring.connect(m, column_register.o, wiring.flipped(self.o))
+        given = column_register.i
+        m.d.comb += leave.eq(held & (given.ready | ~held_shown))
 
         # A line starts only when the one before it is written back: lines of one pixel read what was just written.
         can_issue = Signal()
@@ -119,13 +125,13 @@ class LineStore(wiring.Component):
             minus_read.addr.eq(x), minus_read.en.eq(issue),
             line_write.addr.eq(held_x), line_write.en.eq(leave), line_write.data.eq(held_plus),
             minus_write.addr.eq(held_x), minus_write.en.eq(leave), minus_write.data.eq(line_read.data),
-            self.o.valid.eq(held & held_shown),
-            self.o.p.first.eq(held_top & (held_x == 0)),
-            self.o.p.last.eq(held_last),
-            self.o.p.end.eq(held_last & (held_below if self.line_below else held_flush)),
-            self.o.p.below.eq(held_below),
+            given.valid.eq(held & held_shown),
+            given.p.first.eq(held_top & (held_x == 0)),
+            given.p.last.eq(held_last),
+            given.p.end.eq(held_last & (held_below if self.line_below else held_flush)),
+            given.p.below.eq(held_below),
         ]
-        for column, side in ((self.o.p.left, "left"), (self.o.p.right, "right")):
+        for column, side in ((given.p.left, "left"), (given.p.right, "right")):
             m.d.comb += [
                 column.line.eq(line_read.data[side]),
                 column.minus.eq(Mux(held_top, line_read.data[side], minus_read.data[side])),
@@ -136,17 +142,17 @@ class LineStore(wiring.Component):
         expected = Signal(init=1)
         with m.FSM():
             with m.State("between frames"):
-                with m.If(fifo.r_rdy):
+                with m.If(come.valid):
                     with m.If(head.first):
                         m.d.sync += [x.eq(0), row_zero.eq(1), row_one.eq(0)]
                         m.next = "line"
                     with m.Else():
-                        m.d.comb += [fifo.r_en.eq(1), self.error.eq(expected)]
+                        m.d.comb += [come.ready.eq(1), self.error.eq(expected)]
                         m.d.sync += expected.eq(0)
 
             with m.State("line"):
                 m.d.comb += plus.eq(Cat(head.left, head.right))
-                with m.If(fifo.r_rdy & head.first & ~((x == 0) & row_zero)):
+                with m.If(come.valid & head.first & ~((x == 0) & row_zero)):
                     m.d.comb += self.error.eq(1)
                     with m.If(row_zero):
                         m.next = "between frames"  # nothing has been shown of this frame
@@ -154,9 +160,9 @@ class LineStore(wiring.Component):
                         m.next = "last line"
                     with m.Else():
                         m.next = "pad"
-                with m.Elif(fifo.r_rdy & can_issue):
+                with m.Elif(come.valid & can_issue):
                     closes = head.last | head.end
-                    m.d.comb += [issue.eq(1), fifo.r_en.eq(1), self.error.eq(head.end & ~head.last)]
+                    m.d.comb += [issue.eq(1), come.ready.eq(1), self.error.eq(head.end & ~head.last)]
                     m.d.sync += [x.eq(x + 1), expected.eq(0)]
                     with m.If(row_zero):
                         with m.If(closes):

@@ -94,7 +94,7 @@ class Matcher(wiring.Component):
         and the feeder's pipelines once more, and a frame's first line waits for the look-up tables.
         """
         if self.streaming:
-            return LineStore.PLUS_DEPTH + self.engine.latency + 16
+            return LineStore.PLUS_DEPTH + self.engine.latency + 18
         waiting = (LineStore.PLUS_DEPTH + 8) * self.clocks_per_pixel
         return waiting + 3 * (self.bec.latency + 2 * self.clocks_per_pixel)
 

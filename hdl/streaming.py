@@ -9,8 +9,8 @@ from amaranth.lib.wiring import In, Out
 from golden.config import IN_USE_BITS, PIXEL_BITS, WEIGHT_BITS, MatcherConfig
 
 from .bec_array import BecArray, BecWave
-from .cones import Cones
-from .delay import Delay
+from .cones import Cones, Neighbours
+from .delay import Delay, StreamRegister, data_register
 from .label_array import LabelArray
 from .stream import FLAGS, ColumnWord, DisparityWord, copy_flags
 
@@ -63,6 +63,7 @@ class WaveSource(wiring.Component):
         pre   = Signal()
         emit  = Signal()
         now   = Signal(ColumnWord())
+        in_use = data_register(m, self.wave.in_use, "wave_in_use")
         m.d.comb += now.eq(self.i.p)
 
         with m.FSM():
@@ -72,7 +73,7 @@ class WaveSource(wiring.Component):
                     m.d.sync += [line_zero.eq(self.i.p.first), line_one.eq(line_zero)]
                     with m.If(self.i.p.first):
                         labels = self.config.disparities
-                        m.d.sync += self.wave.in_use.eq(Mux(self.in_use > labels, labels, self.in_use))
+                        m.d.sync += in_use.eq(Mux(self.in_use > labels, labels, self.in_use))
                     m.next = "first column"
             with m.State("first column"):
                 m.d.comb += [issue.eq(self.i.valid & self.go), self.i.ready.eq(self.go)]
@@ -93,18 +94,20 @@ class WaveSource(wiring.Component):
                     m.next = "before"
 
         first = Signal(init=1)  # the next pixel to be labelled is the first of its frame
+        m.d.sync += [data_register(m, self.wave[field], f"wave_{field}").eq(value) for field, value in (
+            ("pre", pre), ("inside", ~pre), ("left", now.left), ("right", now.right))]
+        pixel = data_register(m, self.pixel)
         m.d.sync += [
-            self.wave.valid.eq(issue), self.wave.pre.eq(pre), self.wave.inside.eq(~pre),
-            self.wave.left.eq(now.left), self.wave.right.eq(now.right),
+            self.wave.valid.eq(issue),
             self.store.eq(issue & emit & ~before.below),
             self.pixel_valid.eq(issue & emit & ~line_zero),
         ]
         with m.If(issue & emit & ~line_zero):
             m.d.sync += [
                 first.eq(before.end),
-                self.pixel.pixel.eq(before.left.minus), self.pixel.lower.eq(before.left.line),
-                self.pixel.has_upper.eq(~line_one), self.pixel.has_lower.eq(~before.below),
-                self.pixel.first.eq(first), self.pixel.last.eq(before.last), self.pixel.end.eq(before.end),
+                pixel.pixel.eq(before.left.minus), pixel.lower.eq(before.left.line),
+                pixel.has_upper.eq(~line_one), pixel.has_lower.eq(~before.below),
+                pixel.first.eq(first), pixel.last.eq(before.last), pixel.end.eq(before.end),
             ]
         return m
 
@@ -142,7 +145,7 @@ class StreamingEngine(wiring.Component):
         self.source = WaveSource(config)
         self.array = LabelArray(config)
         # (These depths carry the rate. Too small a one would cost clocks, never a wrong disparity.)
-        self.queue_depth = BecArray.latency_of(config) + 10
+        self.queue_depth = BecArray.latency_of(config) + 11
         # A cost is overwritten one line, and all that may be queued, after it was stored. Reading lags by the admission's pipeline, and in
         # the top group by a cycle for each label below it; storing lags by a cycle for each group below it.
         *below, top = BecArray.groups_of(config)
@@ -161,7 +164,7 @@ class StreamingEngine(wiring.Component):
     @property
     def admission_latency(self):
         """Cycles from a pixel's admission to its wave at label 0."""
-        return 1 + Cones.latency_of(self.config)
+        return 2 + Cones.latency_of(self.config)
 
     @property
     def round_trip(self):
@@ -171,7 +174,7 @@ class StreamingEngine(wiring.Component):
     @property
     def latency(self):
         """Cycles from the wave that completes the pixel below to a disparity at ``o``, if nothing waits."""
-        return 1 + BecArray.latency_of(self.config) + 2 + self.admission_latency + self.array.latency + 3
+        return 1 + BecArray.latency_of(self.config) + 2 + StreamRegister.LATENCY + self.admission_latency + self.array.latency + 3
 
     def elaborate(self, platform):
         m = Module()
@@ -188,14 +191,16 @@ class StreamingEngine(wiring.Component):
         beside = data.StructLayout({"pixel": Pixel(), "valid": 1})
         m.submodules.beside = beside_delay = Delay(beside, BecArray.latency_of(config), clean=True)
         m.submodules.queue = queue = SyncFIFOBuffered(width=queued.size, depth=self.queue_depth + 2)
-        head = Signal(queued)
+        m.submodules.head = head_register = StreamRegister(queued)
+        head = head_register.o.p
         admit = Signal()
         joined = Signal(queued)
         m.d.comb += [
             beside_delay.i.pixel.eq(source.pixel), beside_delay.i.valid.eq(source.pixel_valid),
             joined.pixel.eq(beside_delay.o.pixel), joined.local.eq(bec.local),
             queue.w_data.eq(joined), queue.w_en.eq(beside_delay.o.valid),
-            head.eq(queue.r_data), queue.r_en.eq(admit),
+            head_register.i.payload.eq(queue.r_data), head_register.i.valid.eq(queue.r_rdy), queue.r_en.eq(head_register.i.ready),
+            head_register.o.ready.eq(admit),
         ]
         on_the_way = Signal(range(self.queue_depth + 2))  # pixels between source and admission
         m.d.sync += on_the_way.eq(on_the_way + source.pixel_valid - admit)
@@ -208,7 +213,7 @@ class StreamingEngine(wiring.Component):
         unread   = Signal(range(self.output_depth + 1))  # admitted, disparity not yet taken from the output FIFO
         chosen   = Signal()
         taken    = Signal()
-        m.d.comb += admit.eq(queue.r_rdy & (unread < self.output_depth) & (~head.pixel.has_upper | (inside <= width)))
+        m.d.comb += admit.eq(head_register.o.valid & (unread < self.output_depth) & (~head.pixel.has_upper | (inside <= width)))
         m.d.sync += [inside.eq(inside + admit - chosen), unread.eq(unread + admit - taken)]
         with m.If(admit):
             m.d.sync += x.eq(x + 1)
@@ -238,11 +243,16 @@ class StreamingEngine(wiring.Component):
             with m.If(head.pixel.first):
                 m.d.sync += sampled.eq(Cat(self.u1, self.u2, self.u3))
         pixel = admitted.pixel
+        neighbours = Signal(Neighbours(config), reset_less=True)
+        weights    = Signal.like(sampled, reset_less=True)
+        m.d.sync += [
+            neighbours.pixel.eq(pixel.pixel), weights.eq(sampled),
+            neighbours.left.eq(left), neighbours.upper.eq(upper_read.data), neighbours.lower.eq(pixel.lower),
+            neighbours.has_left.eq(has_left), neighbours.has_upper.eq(pixel.has_upper), neighbours.has_lower.eq(pixel.has_lower),
+            neighbours.upper_label.eq(result_read.data), neighbours.lower_label.eq(admitted.local),
+        ]
         m.d.comb += [
-            cones.i.pixel.eq(pixel.pixel), cones.weights.eq(sampled),
-            cones.i.left.eq(left), cones.i.upper.eq(upper_read.data), cones.i.lower.eq(pixel.lower),
-            cones.i.has_left.eq(has_left), cones.i.has_upper.eq(pixel.has_upper), cones.i.has_lower.eq(pixel.has_lower),
-            cones.i.upper_label.eq(result_read.data), cones.i.lower_label.eq(admitted.local),
+            cones.i.eq(neighbours), cones.weights.eq(weights),
             array.up.eq(cones.up), array.down.eq(cones.down), array.cost.eq(bec.cost),
         ]
 
