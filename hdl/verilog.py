@@ -13,6 +13,7 @@ _ASSIGN = re.compile(r"(?m)^  assign (\w+) = ([^;]+);$")
 _CLOCKED = re.compile(r"(?m)^  always @\((?:pos|neg)edge (\w+)")
 # Parameters end at the line that begins with a parenthesis.
 _INSTANCE = re.compile(r"(?ms)^  (\w+) (?:#\(\n.*?\n  \) )?(\w+) \(\n((?:    \..*?\n)+)  \);$")
+_WIRE = re.compile(r"(?:\{ .*, )?([A-Za-z_]\w*)(?:\[\d+(?::\d+)?\])?(?: \})?")
 _CONNECTION = re.compile(r"(?m)^    \.(\w+)\((.*)\),?$")
 
 # Of Altera's blocks: outputs that repeat an input, outputs that are clocks, inputs that must be clocks.
@@ -61,9 +62,9 @@ def modules(text: str) -> dict[str, Module]:
 
 
 def _net(expression: str) -> str:
-    """The one net of an expression, whatever its bit; the last of a concatenation, which is its lowest."""
-    names = re.findall(r"(?<!['\w])[A-Za-z_]\w*", expression)
-    return names[-1] if names else ""
+    """The net that an expression is, whatever its bit; the lowest of a concatenation; nothing if it is logic or a constant."""
+    found = _WIRE.fullmatch(expression)
+    return found[1] if found else ""
 
 
 def clock_sources(found: dict[str, Module], top: str) -> set[str]:
@@ -80,9 +81,7 @@ def clock_sources(found: dict[str, Module], top: str) -> set[str]:
     def trace(path: tuple[tuple[str, str], ...], net: str) -> str:
         """Follow ``net`` of the module at the end of ``path``, a chain of (module, instance in it), to its source."""
         seen = []
-        while True:
-            if (path, net) in seen or not net:
-                return "? " + ".".join([name for _, name in path[1:]] + [net])
+        while net and (path, net) not in seen:
             seen.append((path, net))
             module = found[path[-1][0]]
             if net in module.drivers:
@@ -100,6 +99,8 @@ def clock_sources(found: dict[str, Module], top: str) -> set[str]:
                 path, net = path[:-1], _net(instance.connections[net])
             else:
                 net = _net(module.assigns.get(net, ""))
+        path, net = seen[-1] if seen else (path, "constant")
+        return "? " + ".".join([*(name for _, name in path[1:]), net])
 
     def visit(path):
         module = found[path[-1][0]]

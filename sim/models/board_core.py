@@ -1,15 +1,19 @@
 """Stand-in for the video system: registers between the ports that :class:`hdl.video.ports.SystemPorts` names, to trace each."""
 
+from functools import cache
+
 from amaranth import *
 from amaranth.lib import wiring
 from amaranth.lib.fifo import AsyncFIFOBuffered
 
 from golden.config import MatcherConfig
+from golden.formats import DISPLAYS
 from hdl.matcher import Matcher
+from hdl.quartus import quartus_project
 from hdl.video.ports import SystemPorts
 
 
-__all__ = ["BoardCore"]
+__all__ = ["BoardCore", "board_project"]
 
 
 class BoardCore(wiring.Component):
@@ -53,3 +57,10 @@ class BoardCore(wiring.Component):
             self.decoder_reset_n.eq(1), self.decoder_powerdown_n.eq(self.decoder_reset_n),
         ]
         return m
+
+
+@cache
+def board_project(display):
+    """Files of the board's project, by name, with the stand-in on it; ``display`` by its name."""
+    config = MatcherConfig(disparities=4, max_width=8)
+    return quartus_project("stereo", BoardCore(config), DISPLAYS[display], config)
