@@ -2,7 +2,6 @@ import re
 
 import pytest
 
-from boards.cyclone3 import Cyclone3Platform
 from golden.formats import DISPLAYS
 from hdl.verilog import modules
 from sim.models.board_core import board_project
@@ -34,8 +33,10 @@ def test_files(files):
 
 def test_settings(files):
     lines = files["stereo.qsf"].splitlines()
-    assert set(Cyclone3Platform.SETTINGS) <= set(lines)
-    for line in ("set_global_assignment -name DEVICE EP3C120F780C7", "set_global_assignment -name TOP_LEVEL_ENTITY stereo",
+    for line in ('set_global_assignment -name FAMILY "Cyclone III"',
+                 'set_global_assignment -name STRATIX_DEVICE_IO_STANDARD "2.5 V"',
+                 'set_global_assignment -name RESERVE_ALL_UNUSED_PINS_WEAK_PULLUP "AS INPUT TRI-STATED WITH WEAK PULL-UP"',
+                 "set_global_assignment -name DEVICE EP3C120F780C7", "set_global_assignment -name TOP_LEVEL_ENTITY stereo",
                  "set_global_assignment -name VERILOG_FILE stereo.v", "set_global_assignment -name QIP_FILE stereo_ddr2.qip"):
         assert lines.count(line) == 1
     # The controller's own constraints need the clocks of the pins.
@@ -50,7 +51,8 @@ def test_registers_in_the_pins(files):
     assert set(of_port(settings, "FAST_OUTPUT_REGISTER")) == {
         *(f"dvi_0__{colour}__io[{bit}]" for colour in ("red", "green", "blue") for bit in range(8)),
         "dvi_0__de__io", "dvi_0__hsync__io", "dvi_0__vsync__io"}
-    assert set(of_port(settings, "WEAK_PULL_UP_RESISTOR")) == {f"{bus}_0__{line}__io" for bus in ("decoder", "dvi") for line in ("scl", "sda")}
+    assert set(of_port(settings, "WEAK_PULL_UP_RESISTOR")) == {
+        "decoder_0__scl__io", "decoder_0__sda__io", "dvi_0__scl__io", "dvi_0__sda__io"}
 
 
 def test_memory_pins(files):
@@ -76,6 +78,17 @@ def test_clocks(files):
     assert [command for command in dict.fromkeys(commands)][:3] == ["create_clock", "derive_pll_clocks", "derive_clock_uncertainty"]
     groups = re.findall(r"-group \[get_clocks \{([^}]+)\}\]", constraints)
     assert groups == ["ddr2|*", "display_pll|* dvi_clock", "camera_0__clk__io", "camera_1__clk__io"]
+
+
+def test_delays_at_the_pins(files):
+    """Pixels against the clock that goes with them, camera bytes against the falling edge of theirs."""
+    constraints = files["stereo.sdc"]
+    delays = re.findall(r"(?m)^set_(input|output)_delay -clock (\S+) (-clock_fall )?-(max|min) (\S+) (.*)$", constraints)
+    camera = [("input", f"camera_{n}__clk__io", "-clock_fall ", *limit, f"[get_ports {{camera_{n}__data__io[*]}}]")
+              for n in (0, 1) for limit in (("max", "10.0"), ("min", "0.0"))]
+    assert delays == [("output", "dvi_clock", "", "max", "1.2", "$dvi_ports"), ("output", "dvi_clock", "", "min", "-1.3", "$dvi_ports"),
+                      *camera]
+    assert re.search(r"(?m)^create_generated_clock -name dvi_clock .* -invert \[get_ports \{dvi_0__clk__io\}\]$", constraints)
 
 
 def test_names_of_the_blocks_that_constraints_name(files):

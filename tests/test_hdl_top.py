@@ -94,6 +94,18 @@ def test_domains():
     assert DOMAINS == ("sync", "display", "left_camera", "right_camera")
 
 
+def test_registers_in_the_pins_have_the_clock_of_what_they_carry():
+    """In simulation all clocks that Altera's blocks make are the same."""
+    children = {child.name: child for child in top().instances}
+    clock = children["core"].connections["display_clk"]
+    assert clock != children["core"].connections["clk"] == children["ddr2"].connections["phy_clk"]
+    for name in ("dvi_clock", "dvi_red", "dvi_green", "dvi_blue", "dvi_de", "dvi_hsync", "dvi_vsync"):
+        assert children[name].connections["display_clk"] == clock
+    for camera in ("left_camera", "right_camera"):
+        for part in ("core", f"{camera}_data", f"{camera}_reset"):
+            assert children[part].connections[f"{camera}_clk"] == children[f"{camera}_clock_pin"].connections["i"]
+
+
 class Other(wiring.Component):
     def __init__(self, changes):
         super().__init__({name: member for name, member in {**SystemPorts().members, **changes}.items() if member is not None})

@@ -96,8 +96,8 @@ def test_other_sources(change, source):
 
 
 class Inner(wiring.Component):
-    i: In(4)
-    o: Out(4)
+    def __init__(self):
+        super().__init__({"i": In(4), "o": Out(4)})
 
     def elaborate(self, platform):
         m = Module()
@@ -107,9 +107,8 @@ class Inner(wiring.Component):
 
 class Outer(wiring.Component):
     """Two clocks, one of them made of the other by logic."""
-    clock: In(1)
-    i: In(4)
-    o: Out(4)
+    def __init__(self):
+        super().__init__({"clock": In(1), "i": In(4), "o": Out(4)})
 
     def elaborate(self, platform):
         m = Module()
