@@ -97,6 +97,14 @@ def test_names_of_the_blocks_that_constraints_name(files):
     assert (kinds["display_pll"], kinds["ddr2"]) == ("altpll", "stereo_ddr2")
 
 
+def test_registers_that_the_readme_names(files):
+    """Gray pointers of the asynchronous FIFOs: their names are Amaranth's."""
+    names = re.findall(r"get_registers \*(\w+)\*|`\*(\w+)\*`", files["README.md"])
+    assert len(names) == 2
+    for name in map("".join, names):
+        assert len(re.findall(rf"(?m)^  reg \[\d+:0\] {name} = ", files["stereo.v"])) == 3
+
+
 def test_every_port_is_constrained(files):
     """By a delay, as a false path, as a clock, or by the memory controller's own constraints."""
     named = re.findall(r"\[get_ports \{([^}]+)\}\]", files["stereo.sdc"])
