@@ -88,7 +88,7 @@ def run(dut, memory, tasks, *, rng, pause=0.0):
             await drive(ctx, port, bursts, log, rng, pause)
 
         sim.add_testbench(testbench)
-    sim.add_testbench(serve(dut.bus, memory), background=True)
+    sim.add_process(serve(dut.bus, memory))
     sim.run()
     return logs
 
@@ -165,7 +165,7 @@ def test_a_read_after_accepted_sees_the_burst(size):
     sim.add_clock(1e-6)
     for process in (testbench, elsewhere, elsewhere_too):
         sim.add_testbench(process)
-    sim.add_testbench(serve(dut.bus, memory), background=True)
+    sim.add_process(serve(dut.bus, memory))
     sim.run()
 
 
@@ -213,7 +213,7 @@ def test_a_word_a_clock():
         async def reader(ctx, port=port):
             await read(ctx, port, [(0, 8)] * 10, Log(), rng, 0.0)
         sim.add_testbench(reader)
-    sim.add_testbench(serve(dut.bus, memory), background=True)
+    sim.add_process(serve(dut.bus, memory))
     sim.add_testbench(watch, background=True)
     sim.run()
     assert sum(requests) == 4 * 80
@@ -241,7 +241,7 @@ def test_round_robin():
         async def drive(ctx, number=number, port=port):
             await (write if number < 3 else read)(ctx, port, tasks[number], Log(), rng, 0.0)
         sim.add_testbench(drive)
-    sim.add_testbench(serve(dut.bus, memory), background=True)
+    sim.add_process(serve(dut.bus, memory))
     sim.add_testbench(watch, background=True)
     sim.run()
     assert order == [0, 1, 2, 3, 4] * 8

@@ -1,8 +1,11 @@
 """Strict model of the DDR2 controller's local interface: protocol checked, timing hostile, contents kept."""
 
+import itertools
 import random
 from collections import deque
 from dataclasses import dataclass
+
+from amaranth.hdl import Cat
 
 from hdl.video.words import ADDRESS_BITS, WORD_BYTES
 
@@ -210,16 +213,27 @@ def _bytes(enables):
 
 
 def serve(bus, memory):
-    """The memory at a :class:`hdl.video.words.LocalBus` in Amaranth's simulator: a background testbench."""
-    async def testbench(ctx):
+    """The memory at a :class:`hdl.video.words.LocalBus` in Amaranth's simulator: a process (``add_process``)."""
+    async def process(ctx):
+        driven = {}
+
         def drive():
             for name in ("ready", "rdata", "rdata_valid", "init_done"):
-                ctx.set(getattr(bus, name), getattr(memory, name))
+                if driven.get(name) != (value := getattr(memory, name)):
+                    ctx.set(getattr(bus, name), value)
+                    driven[name] = value
 
         drive()
-        signals = (bus.address, bus.write_req, bus.read_req, bus.burstbegin, bus.wdata, bus.be, bus.size)
-        async for _, _, *values in ctx.tick().sample(*signals):
-            _, write_req, read_req, burstbegin, *_ = values
-            memory.clock(Request(*values) if write_req or read_req or burstbegin else None)
+        request = Cat(bus.address, bus.size, bus.be, bus.wdata)
+        strobes = Cat(bus.write_req, bus.read_req, bus.burstbegin)
+        places = list(itertools.accumulate((len(bus.address), len(bus.size), len(bus.be)), initial=0))
+        masks = [2**len(signal) - 1 for signal in (bus.address, bus.size, bus.be, bus.wdata)]
+        async for _, _, strobe, word in ctx.tick().sample(strobes, request):
+            if strobe:
+                address, size, be, wdata = (word >> place & mask for place, mask in zip(places, masks))
+                memory.clock(Request(address=address, write_req=strobe & 1, read_req=strobe >> 1 & 1, burstbegin=strobe >> 2,
+                                     wdata=wdata, be=be, size=size))
+            else:
+                memory.clock(None)
             drive()
-    return testbench
+    return process
