@@ -36,7 +36,7 @@ class MemoryPath(wiring.Component):
             "pair": PairReader(memory_map, **options),
             "shown": PictureReader(memory_map, config, **options),
         }
-        self.blocks = {**self.writers, **self.readers}
+        self.blocks: dict[str, wiring.Component] = {**self.writers, **self.readers}
         super().__init__({
             "bus": Out(LocalBus(size_bits=size.bit_length())),
             **{name: Out(wiring.Signature({member: flow for member, flow in block.signature.members.items() if member != "port"}))

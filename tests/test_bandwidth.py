@@ -73,8 +73,8 @@ def test_refuses_what_cannot_be_served():
 
 def test_refuses_a_slow_matcher():
     # 414,720 pixels of 6 clocks at 75 MHz.
-    with pytest.raises(UserError, match=r"^the matcher takes 33\.2 ms to read a pair, and with 2 buffers it has 15\.0 ms: choose 3 buffers, "
-                                        r"a matcher of fewer clocks a pixel or a smaller picture$"):
+    with pytest.raises(UserError, match=r"^the matcher takes 33\.2 ms to read a pair, and with 2 buffers it has 15\.0 ms: choose 3 "
+                                        r"buffers, a matcher of fewer clocks a pixel or a smaller picture$"):
         Budget(matcher_clocks=6).check()
     Budget(matcher_clocks=6, memory_map=MemoryMap(buffers=3)).check()
     for buffers in (2, 3):      # a third buffer does not help

@@ -232,7 +232,8 @@ def test_clear_fill():
     """While ``clear_fill`` is high, ``fill`` is the present level."""
     memory_map = MemoryMap(64, 4)
     picture, = noise(64, 4, 1, pictures=1)
-    run = Run(FrameWriter(memory_map, Plane.LEFT, burst=4, depth=6), memory_map, camera_words(picture), [(0, 1)], inputs=[("clear_fill", 1)])
+    run = Run(FrameWriter(memory_map, Plane.LEFT, burst=4, depth=6), memory_map, camera_words(picture), [(0, 1)],
+              inputs=[("clear_fill", 1)])
     assert run.fill == 0
 
 

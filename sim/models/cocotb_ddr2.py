@@ -2,10 +2,22 @@
 
 from cocotb.triggers import ReadOnly, RisingEdge
 
+from hdl.video.words import WORD_BYTES
+
 from .ddr2 import Request
 
 
 __all__ = ["serve"]
+
+
+def _word(value, be):
+    """A word to write as a number; bytes that are not enabled may be unknown, and are 0 then."""
+    if value.is_resolvable:
+        return value.to_unsigned()
+    text = str(value)
+    places = [(n, len(text) - 8 * n) for n in range(WORD_BYTES) if be >> n & 1]
+    assert all(set(text[end - 8:end]) <= {"0", "1"} for _, end in places), f"bytes to write are unknown: {text}, enabled {be:016b}"
+    return sum(int(text[end - 8:end], 2) << 8 * n for n, end in places)
 
 
 async def serve(dut, name, memory, clock=None):
@@ -15,7 +27,7 @@ async def serve(dut, name, memory, clock=None):
     """
     clock = dut.clk if clock is None else clock
     strobes = [getattr(dut, f"{name}__{member}") for member in ("write_req", "read_req", "burstbegin")]
-    rest = {member: getattr(dut, f"{name}__{member}") for member in ("address", "wdata", "be", "size")}
+    address, size, be, wdata = (getattr(dut, f"{name}__{member}") for member in ("address", "size", "be", "wdata"))
     outputs = {member: getattr(dut, f"{name}__{member}") for member in ("ready", "rdata", "rdata_valid", "init_done")}
     driven: dict[str, int] = {}
     while True:
@@ -29,7 +41,8 @@ async def serve(dut, name, memory, clock=None):
         if all(value.is_resolvable for value in values):
             write_req, read_req, burstbegin = map(int, values)
             if write_req or read_req or burstbegin:
-                request = Request(write_req=write_req, read_req=read_req, burstbegin=burstbegin,
-                                  **{member: handle.value.to_unsigned() for member, handle in rest.items()})
+                enabled = int(be.value) if write_req else 0
+                request = Request(address=int(address.value), write_req=write_req, read_req=read_req, burstbegin=burstbegin,
+                                  wdata=_word(wdata.value, enabled) if write_req else 0, be=enabled, size=int(size.value))
         await RisingEdge(clock)
         memory.clock(request)
