@@ -4,6 +4,7 @@ import itertools
 import random
 from collections import deque
 from dataclasses import dataclass
+from typing import NamedTuple
 
 from amaranth.hdl import Cat
 
@@ -40,8 +41,7 @@ class Ddr2Timing:
     stalls: tuple[tuple[int, int], ...] = ()
 
 
-@dataclass(frozen=True)
-class Request:
+class Request(NamedTuple):
     """The master's signals of one clock."""
     address: int
     write_req: int
@@ -84,6 +84,7 @@ class LocalMemory:
         self.now = self.words_read = self.words_written = 0
         self.ready = self.rdata_valid = self.init_done = 0
         self._rng = random.Random(seed)
+        self._stalls = dict(self.timing.stalls)
         self.rdata = self._noise()
         self._contents: dict[int, int] = {}
         self._written_bytes: dict[int, int] = {}
@@ -133,8 +134,8 @@ class LocalMemory:
             self._check(request)
             if self.ready:
                 self._accept(request)
-        else:
-            assert self._waiting is None, f"clock {self.now}: {self._waiting} went before ready"
+        elif self._waiting is not None:
+            raise AssertionError(f"clock {self.now}: {self._waiting} went before ready")
         self._waiting = request if not self.ready else None
         self.now += 1
         self.init_done = int(self.now >= self.timing.init)
@@ -148,37 +149,51 @@ class LocalMemory:
         return self._rng.getrandbits(8 * WORD_BYTES)
 
     def _choose_ready(self):
-        timing = self.timing
-        for at, clocks in timing.stalls:
-            if self.now == at:
-                self.stall(clocks)
+        timing, now = self.timing, self.now
+        if now in self._stalls:
+            self.stall(self._stalls[now])
         interval, length = timing.refresh
-        if self.now < self._stalled_until or self.now % interval >= interval - length:
+        if now < self._stalled_until or now % interval >= interval - length:
             self.ready = 0
-        elif self._rng.random() < timing.busy and self._low < timing.patience:
+        elif self._low < timing.patience and self._rng.random() < timing.busy:
             self.ready, self._low = 0, self._low + 1
         else:
             self.ready, self._low = 1, 0
 
     def _check(self, request):
-        where = f"clock {self.now}: {request}"
-        assert request.write_req or request.read_req, f"{where}: burstbegin without a request"
-        assert not (request.write_req and request.read_req), f"{where}: read and write at once"
-        assert self.init_done, f"{where}: before init_done"
+        if (fault := self._fault(request)) is not None:
+            raise AssertionError(f"clock {self.now}: {request}: {fault}")
+
+    def _fault(self, request):
+        """What is wrong with a request; ``None`` if nothing is."""
+        if not (request.write_req or request.read_req):
+            return "burstbegin without a request"
+        if request.write_req and request.read_req:
+            return "read and write at once"
+        if not self.init_done:
+            return "before init_done"
         if (waiting := self._waiting) is not None:
-            assert not request.burstbegin, f"{where}: burstbegin stays high"
+            if request.burstbegin:
+                return "burstbegin stays high"
             same = request.read_req == waiting.read_req and request.address == waiting.address and request.size == waiting.size
-            same_word = request.read_req or (request.wdata == waiting.wdata and request.be == waiting.be)
-            assert same and same_word, f"{where}: changed before ready, from {waiting}"
+            if not same or (request.write_req and (request.wdata != waiting.wdata or request.be != waiting.be)):
+                return f"changed before ready, from {waiting}"
         elif self._burst is not None:
             address, size, _ = self._burst
-            assert not request.read_req, f"{where}: a read in a write burst"
-            assert not request.burstbegin, f"{where}: burstbegin in a write burst"
-            assert (request.address, request.size) == (address, size), f"{where}: changed in a write burst of {size} from {address}"
+            if request.read_req:
+                return "a read in a write burst"
+            if request.burstbegin:
+                return "burstbegin in a write burst"
+            if (request.address, request.size) != (address, size):
+                return f"changed in a write burst of {size} from {address}"
         else:
-            assert request.burstbegin, f"{where}: burstbegin is missing"
-            assert 1 <= request.size <= self.size, f"{where}: size is not from 1 to {self.size}"
-            assert request.address + request.size <= self.words, f"{where}: beyond the {self.words} words of the memory"
+            if not request.burstbegin:
+                return "burstbegin is missing"
+            if not 1 <= request.size <= self.size:
+                return f"size is not from 1 to {self.size}"
+            if request.address + request.size > self.words:
+                return f"beyond the {self.words} words of the memory"
+        return None
 
     def _accept(self, request):
         if request.read_req:
