@@ -22,16 +22,17 @@ class Log:
 
 
 async def write(ctx, port, bursts, log, rng, pause):
-    """Bursts of (address, words with byte enables), one after another."""
+    """Bursts of (address, words with byte enables), one after another; with pauses, a word may come late."""
     for address, words in bursts:
         while rng.random() < pause:
             await ctx.tick()
         words = deque(words)
         ctx.set(port.request.payload, {"address": address, "length": len(words)})
         ctx.set(port.request.valid, 1)
-        ctx.set(port.word.valid, 1)
+        late = rng.random() < pause
+        ctx.set(port.word.valid, int(not late))
         for clock in range(1, 10_000):
-            if words:
+            if words and not late:
                 ctx.set(port.word.payload, {"data": words[0][0], "be": words[0][1]})
             *_, granted, taken, accepted = await ctx.tick().sample(port.request.ready, port.word.ready, port.accepted)
             if granted:
@@ -39,7 +40,9 @@ async def write(ctx, port, bursts, log, rng, pause):
                 ctx.set(port.request.valid, 0)
             if taken:
                 words.popleft()
-                ctx.set(port.word.valid, int(bool(words)))
+                ctx.set(port.word.valid, 0)
+            if words and (taken or late) and not (late := rng.random() < pause):
+                ctx.set(port.word.valid, 1)
             if accepted:
                 break
         else:
@@ -245,6 +248,28 @@ def test_round_robin():
     sim.add_testbench(watch, background=True)
     sim.run()
     assert order == [0, 1, 2, 3, 4] * 8
+
+
+def test_a_memory_may_wait_for_requests():
+    """``ready`` is low until there is a request."""
+    dut = Arbiter(1, 1)
+
+    async def memory(ctx):
+        ctx.set(dut.bus.init_done, 1)
+        async for *_, request, ready in ctx.tick().sample(dut.bus.write_req | dut.bus.read_req, dut.bus.ready):
+            ctx.set(dut.bus.ready, request & ~ready)
+
+    log = Log()
+
+    async def testbench(ctx):
+        await write(ctx, dut.write[0], [(7, [(n, ALL_BYTES)] * 3) for n in range(4)], log, random.Random(1), 0.0)
+
+    sim = Simulator(dut)
+    sim.add_clock(1e-6)
+    sim.add_testbench(testbench)
+    sim.add_process(memory)
+    sim.run()
+    assert len(log.ends) == 4
 
 
 def test_many_bursts_on_their_way():

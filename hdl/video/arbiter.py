@@ -120,7 +120,7 @@ class Arbiter(wiring.Component):
         reading   = Signal(reset_less=True)
         address   = Signal(ADDRESS_BITS, reset_less=True)
         left      = Signal(lengths, reset_less=True)
-        local     = Signal(range(self.size), reset_less=True)    # words of the local burst under way that follow
+        local     = Signal(range(self.size))                     # words of the local burst under way that follow
         part      = Signal(lengths)     # length of a local burst that begins now
         step      = Signal(lengths)     # words that one request stands for
         moves     = Signal()            # a request goes to the bus
@@ -142,7 +142,7 @@ class Arbiter(wiring.Component):
         with m.If(moves & last):
             m.d.sync += busy.eq(0)
         with m.If(grant.any()):
-            m.d.sync += [busy.eq(1), local.eq(0), beyond.eq(~(grant | (grant - 1)))]
+            m.d.sync += [busy.eq(1), beyond.eq(~(grant | (grant - 1)))]
         with m.If(moves):
             m.d.sync += [address.eq(address + step), left.eq(left - step)]
         granted = Signal(entry)
@@ -173,7 +173,7 @@ class Arbiter(wiring.Component):
             m.d.sync += [bus.read_req.eq(0), bus.write_req.eq(0)]
         with m.If(moves):
             m.d.sync += [bus.read_req.eq(reading), bus.write_req.eq(~reading), bus.wdata.eq(word.data), bus.be.eq(word.be)]
-            m.d.sync += closes.eq(Mux(last & ~reading, 1 << master, 0))
+            m.d.sync += closes.eq(Mux(last, 1 << master, 0))
             with m.If(local == 0):
                 m.d.sync += [bus.burstbegin.eq(1), bus.address.eq(address), bus.size.eq(part)]
                 m.d.sync += local.eq(Mux(reading, 0, part - 1))

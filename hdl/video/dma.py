@@ -214,7 +214,7 @@ class PixelUnpacker(wiring.Component):
         Both are taken at once.
     o : Out(stream.Signature(PlanePair()))
     clear : In(1)
-        The next word is the first of a picture. A pixel that was offered stays until it is taken.
+        The next pixel is the first of a picture. One that is offered, or comes to be offered now, stays until it is taken.
     """
     def __init__(self, memory_map: MemoryMap):
         self.memory_map = memory_map
@@ -234,7 +234,7 @@ class PixelUnpacker(wiring.Component):
         m.d.comb += [
             last.eq(x == self.memory_map.width - 1),
             low.eq(y == self.memory_map.height - 1),
-            move.eq(self.i[0].valid & self.i[1].valid & (~self.o.valid | self.o.ready) & ~self.clear),
+            move.eq(self.i[0].valid & self.i[1].valid & (~self.o.valid | self.o.ready)),
         ]
         place = x[:(WORD_BYTES - 1).bit_length()]
         for side in self.i:

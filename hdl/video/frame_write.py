@@ -69,7 +69,7 @@ class _PlaneWriter(wiring.Component):
         # A burst is asked for when all its words are there; then its words go, and it is done when the memory has taken the last one.
         gathers = Signal()      # a frame is under way
         asks    = Signal()
-        goes    = Signal()      # granted, not all taken
+        goes    = Signal()      # granted, and not yet accepted
         count   = Signal.like(scan.o.length, reset_less=True)
         closing = Signal()      # the line's last word, which may be padded
         padding = -memory_map.width % WORD_BYTES
@@ -80,8 +80,8 @@ class _PlaneWriter(wiring.Component):
             closing.eq(scan.o.last & (count == 1)),
             self.port.word.p.data.eq(fifo.o.payload),
             self.port.word.p.be.eq((2**WORD_BYTES - 1) >> Mux(closing, padding, 0)),
-            self.port.word.valid.eq(fifo.o.valid & goes),
-            fifo.o.ready.eq(self.port.word.ready & goes),
+            self.port.word.valid.eq(fifo.o.valid),
+            fifo.o.ready.eq(self.port.word.ready),
             scan.advance.eq(self.port.accepted),
         ]
         with m.If(gathers & scan.active & ~asks & ~goes & (fifo.level >= scan.o.length)):
