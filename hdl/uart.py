@@ -14,18 +14,22 @@ __all__ = ["TOLERANCE", "UartReceiver", "UartTransmitter"]
 #: Mismatch of the two ends' rates that is promised to do no harm.
 TOLERANCE = 0.03
 
-# From the edge that opens a byte to the middle of its stop bit.
+# From the edge that opens a byte to the middle of its stop bit, and to its end.
 _BITS_TO_STOP = 9.5
+_BITS = 10
 
 
 class _BitTiming:
     """Cycles of a bit, and what they make of the tolerance that :class:`UartReceiver` derives: rounding them costs too."""
     def __init__(self, clock_hz, baud):
-        self.cycles = round(clock_hz / baud)
-        self.filtered = self.cycles // 16
-        rounding = abs(self.cycles * baud / clock_hz - 1)
-        self.tolerance = (0.5 - (1 + 2 * self.filtered) / max(1, self.cycles)) / _BITS_TO_STOP - rounding
-        if self.cycles < 16 or self.tolerance < TOLERANCE:
+        self.cycles = cycles = round(clock_hz / baud)
+        self.filtered = cycles // 16
+        self.apart = cycles // 8
+        if cycles >= 16:
+            late = (0.5 - (1 + 2 * self.filtered) / cycles) / _BITS_TO_STOP
+            early = _BITS / (_BITS_TO_STOP + self.apart / cycles) - 1
+            self.tolerance = min(late, early) - abs(cycles * baud / clock_hz - 1)
+        if cycles < 16 or self.tolerance < TOLERANCE:
             raise ValueError(f"a clock of {clock_hz} Hz does not divide into {baud} baud: a bit must be 16 cycles or more, near a whole "
                              f"number, not {clock_hz / baud:.2f}; choose another baud")
 
@@ -45,7 +49,8 @@ class UartReceiver(wiring.Component):
     Rate: the other end may be off by 3 % (:data:`TOLERANCE`) with pulses of a sixteenth anywhere. A bit is read in its middle, counted
     from the edge that opens its byte. The worst is the stop bit: 9.5 bits after that edge it must be less than half a bit off. The edge is
     seen up to a cycle late, and a pulse next to it moves it by up to twice the pulse's length: 9.5 times the mismatch must fit in
-    ``1/2 - 1/8`` bit less a cycle. That is 3.9 % at 75 MHz and 115,200 baud; on a clean line it would be 5.2 %.
+    ``1/2 - 1/8`` bit less a cycle. And the last sample of the stop bit, at 9 5/8, must not come after the bit's end, at 10 of a faster
+    host's bits, or each of many bytes without a gap would begin later. Either gives 3.9 % at 75 MHz and 115,200 baud.
 
     Timing: ``o`` is valid 5/8 of a bit and a sixteenth after the stop bit begins, and 4 cycles.
 
@@ -85,7 +90,7 @@ class UartReceiver(wiring.Component):
 
     @property
     def tolerance(self):
-        """Mismatch of rates that does no harm with such pulses on the line; a fraction."""
+        """Mismatch of rates that does no harm, with such pulses on the line; a fraction."""
         return self._timing.tolerance
 
     def elaborate(self, platform):
@@ -114,7 +119,7 @@ class UartReceiver(wiring.Component):
         majority = Signal()
         decide   = Signal()
         middle   = self.bit_cycles // 2
-        apart    = self.bit_cycles // 8
+        apart    = self._timing.apart
         m.d.comb += [
             majority.eq((samples[0] & samples[1]) | (samples[0] & level) | (samples[1] & level)),
             decide.eq(phase == middle + apart),
