@@ -229,6 +229,10 @@ def _list() -> None:
     Console().print(table)
 
 
+# What the numbers of the command line may be.
+_LIMITS = {"baud": (1, 4_000_000), "timeout": (0.001, 60), "interval": (0, 3600), "count": (1, 10**9)}
+
+
 def _parser() -> Parser:
     parser = Parser(prog="python -m hdl.console", description=__doc__)
     parser.add_argument("--port", metavar="PORT", help="serial port, such as /dev/ttyUSB0 or COM3; for all commands but list")
@@ -252,10 +256,10 @@ def _run(connect: Callable[[str, int], AbstractContextManager[Transport]], argv:
         return _list()
     if options.port is None:
         raise UserError("--port is missing: name the serial port that the line is plugged into, such as --port /dev/ttyUSB0")
-    for option, value, least in (("--baud", options.baud, 1), ("--timeout", options.timeout, 0.001),
-                                 ("--interval", getattr(options, "interval", 1), 0), ("--count", getattr(options, "count", None) or 1, 1)):
-        if not value >= least:
-            raise UserError(f"{option} must be at least {least}, not {value}; choose a larger one")
+    for name, (least, greatest) in _LIMITS.items():
+        value = getattr(options, name, None)
+        if value is not None and not least <= value <= greatest:
+            raise UserError(f"--{name} must be from {least} to {greatest}, not {value}; choose a value in that range")
     with connect(options.port, options.baud) as transport:
         chip = Chip(transport, options.timeout)
         if options.command == "get":
