@@ -49,8 +49,9 @@ class RegisterFile(wiring.Component):
     ``uart_errors`` counts bytes passed over, bad sums, time-outs and line errors, one a cycle at most, stays at its greatest value, and is
     set to 0 by ``clear_counters``.
 
-    Timing: a reply begins 2 cycles after the request's last byte is taken, and leaves a byte a cycle; no byte is taken until all of it is
-    taken. A parameter changes, an action is high, in the cycle before the reply begins. No combinational path from ``i`` to ``o`` or back.
+    Timing: a reply begins 3 cycles after the request's last byte is taken, with the value of the first of them, and leaves a byte a cycle;
+    no byte is taken until all of it is. An action is high in the cycle before the reply begins; a parameter has its new value from the
+    cycle after on. No combinational path from ``i`` to ``o`` or back.
 
     Parameters
     ----------
@@ -122,19 +123,21 @@ class RegisterFile(wiring.Component):
         with m.Elif((error | self.line_error) & ~self.errors.all()):
             m.d.sync += self.errors.eq(self.errors + 1)
 
-        # The register that the request names.
+        # The register that the request names, a cycle later: address and value hold while the request is carried out.
         value    = Cat(frame.low, frame.high)
-        found    = Signal(16)
-        known    = Signal()
-        writable = Signal()
-        in_range = Signal()
+        found    = Signal(16, reset_less=True)
+        known    = Signal(reset_less=True)
+        writable = Signal(reset_less=True)
+        in_range = Signal(reset_less=True)
         write    = Signal()
+        m.d.sync += [known.eq(0), writable.eq(0)]
         with m.Switch(frame.address):
             for register in self.registers:
                 with m.Case(register.address):
-                    m.d.comb += [known.eq(1), found.eq(self._value(register))]
+                    m.d.sync += [known.eq(1), found.eq(self._value(register))]
                     if register.writable:
-                        m.d.comb += [writable.eq(1), in_range.eq((value >= register.minimum) & (value <= register.maximum))]
+                        above = value >= register.minimum if register.minimum else 1
+                        m.d.sync += [writable.eq(1), in_range.eq(above & (value <= register.maximum))]
                     if register.kind is Kind.PARAMETER:
                         with m.If(write):
                             m.d.sync += self.params[register.name].eq(value)
@@ -168,6 +171,9 @@ class RegisterFile(wiring.Component):
                         m.d.sync += [position.eq(0), total.eq(0)]
 
             with m.State("look up"):
+                m.next = "carry out"
+
+            with m.State("carry out"):
                 status = Signal(Status, init=Status.OK)
                 reading = frame.second == Operation.READ
                 with m.If(~reading & (frame.second != Operation.WRITE)):

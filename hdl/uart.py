@@ -156,7 +156,7 @@ class UartReceiver(wiring.Component):
                 with m.If(level):
                     m.next = "idle"
 
-        with m.If(self.o.valid & self.o.ready):
+        with m.If(self.o.ready):
             m.d.sync += self.o.valid.eq(0)
         with m.If(done):
             with m.If(self.o.valid & ~self.o.ready):

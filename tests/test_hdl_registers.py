@@ -186,11 +186,11 @@ async def reply_of(ctx, dut, cycles=40):
 
 
 def test_latency():
-    """The reply begins 2 cycles after the request's last byte is taken, and the next request is taken after its last byte."""
+    """The reply begins 3 cycles after the request's last byte is taken, and the next request is taken after its last byte."""
     cycles: dict = {}
     run_stream(register_file(), READ_U1 * 2, rng=np.random.default_rng(1), cycles=cycles)
-    assert cycles["i"] == [*range(6), *range(13, 19)]
-    assert cycles["o"] == [*range(7, 13), *range(20, 26)]
+    assert cycles["i"] == [*range(6), *range(14, 20)]
+    assert cycles["o"] == [*range(8, 14), *range(22, 28)]
 
 
 def test_reset_values():
@@ -311,6 +311,7 @@ def test_actions_and_parameters_change_before_the_reply():
     async def testbench(ctx):
         for name, value in (("restart_setup", 1), ("clear_counters", 1), ("u3", 63), ("labels", 7)):
             await put(ctx, dut, encode_request(Request(Operation.WRITE, REGISTERS[name].address, value)))
+            await ctx.tick()
             assert not ctx.get(dut.o.valid)
             if name in ActionLayout(REGISTERS).members:
                 assert [other for other in ActionLayout(REGISTERS).members if ctx.get(dut.actions[other])] == [name]

@@ -188,6 +188,12 @@ def test_false_start():
     assert run_receiver(receiver(64), levels) == (list(range(1, 24)), 0)
 
 
+def test_after_reset():
+    """The line counts as high: a byte is good wherever it begins."""
+    for idle in range(1, 16, 2):
+        assert run_receiver(receiver(), [1] * idle + frame_levels([0x35], 16)) == ([0x35], 0)
+
+
 @pytest.mark.parametrize("low_bits", [1, 50])
 def test_missing_stop_bit(low_bits):
     """A byte without a stop bit, and a line that is low for long: one error each, and the next byte is good."""
