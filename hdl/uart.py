@@ -196,7 +196,7 @@ class UartTransmitter(wiring.Component):
 
     def elaborate(self, platform):
         m = Module()
-        phase = Signal(range(self.bit_cycles))
+        phase = Signal(range(self.bit_cycles))  # 0 between bytes
         bits  = Signal(range(11))           # left to send, the one on the line among them
         rest  = Signal(9, reset_less=True)  # those after it
         last  = Signal()                    # last cycle of a bit
@@ -209,5 +209,5 @@ class UartTransmitter(wiring.Component):
             with m.If(last):
                 m.d.sync += [phase.eq(0), bits.eq(bits - 1), Cat(self.tx, rest).eq(Cat(rest, 1))]
         with m.If(self.i.valid & self.i.ready):
-            m.d.sync += [phase.eq(0), bits.eq(10), self.tx.eq(0), rest.eq(Cat(self.i.payload, 1))]
+            m.d.sync += [bits.eq(10), self.tx.eq(0), rest.eq(Cat(self.i.payload, 1))]
         return m
