@@ -205,8 +205,8 @@ class RegisterFile(wiring.Component):
                     m.d.sync += [position.eq(position + 1), total.eq(added)]
                     with m.If(position != 0):
                         m.d.sync += bits.eq(bits << 8)
-                    with m.If(final):
-                        m.d.sync += [position.eq(0), total.eq(0)]
+                    with m.If(final):   # `added` is 0: that is what the sum is for
+                        m.d.sync += position.eq(0)
                         m.next = "request"
         return m
 
