@@ -37,6 +37,8 @@ class I2cBus:
         Levels of the lines.
     broken_allowed : bool
         A start or a stop inside a byte, or a start without a stop before, is a violation unless a chip's fault makes the master give up.
+    busy : bool
+        A start has been seen and no stop since.
     starts, stops : int
         Conditions seen.
     """
@@ -47,8 +49,9 @@ class I2cBus:
         self.scl = self.sda = 1
         self.starts = self.stops = 0
         self._master = (False, False)
+        self._now = 0.0
         self._rises = {"scl": math.inf, "sda": math.inf}
-        self._busy = False
+        self.busy = False
         self._clocks = 0
         self._scl_rose = self._scl_fell = self._sda_changed = self._started = self._stopped = -math.inf
 
@@ -60,7 +63,8 @@ class I2cBus:
     def drive(self, now, scl_low, sda_low, **pins):
         """The master's outputs, and the levels of the chips' pins, from ``now`` on."""
         while self.due <= now:
-            self._settle(self.due)
+            self._settle(max(self.due, self._now))
+        self._now = now
         self._master = (scl_low, sda_low)
         for chip in self.chips:
             chip.set_pins(now, pins)
@@ -127,18 +131,18 @@ class I2cBus:
             return
         # SCL has risen once since the last acknowledge, for this condition.
         whole = self._clocks % 9 == 1
-        if not self.broken_allowed and (self._busy or self.sda) and not whole:
+        if not self.broken_allowed and (self.busy or self.sda) and not whole:
             raise Violation(f"SDA changes while SCL is high, at {now:.0f} ns, inside a byte")
         if self.sda:
             self._check("set-up of stop", now, self._scl_rose, STOP_SETUP)
-            self._busy, self._stopped = False, now
+            self.busy, self._stopped = False, now
             self.stops += 1
             for chip in self.chips:
                 chip.on_stop(now)
         else:
             self._check("set-up of start", now, self._scl_rose, START_SETUP)
             self._check("bus free", now, self._stopped, FREE)
-            repeated, self._busy, self._started, self._clocks = self._busy, True, now, 0
+            repeated, self.busy, self._started, self._clocks = self.busy, True, now, 0
             self.starts += 1
             for chip in self.chips:
                 chip.on_start(now, repeated, strict=not self.broken_allowed)
@@ -150,12 +154,17 @@ def amaranth_bus(bus, dut, *, clock_hz, pins=()):
     ``dut`` has the members ``scl_low``, ``sda_low``, ``scl_i``, ``sda_i``, and those of the names in ``pins``.
     """
     async def testbench(ctx):
+        signals = [dut.scl_low, dut.sda_low, *(getattr(dut, pin) for pin in pins)]
+        before = None
         cycle = 0
         while True:
-            levels = {pin: ctx.get(getattr(dut, pin)) for pin in pins}
-            bus.drive(cycle * 1e9 / clock_hz, ctx.get(dut.scl_low), ctx.get(dut.sda_low), **levels)
-            ctx.set(dut.scl_i, bus.scl)
-            ctx.set(dut.sda_i, bus.sda)
+            now = cycle * 1e9 / clock_hz
+            values = [ctx.get(signal) for signal in signals]
+            if values != before or bus.due <= now:
+                bus.drive(now, *values[:2], **dict(zip(pins, values[2:])))
+                ctx.set(dut.scl_i, bus.scl)
+                ctx.set(dut.sda_i, bus.sda)
+                before = values
             await ctx.tick()
             cycle += 1
     return testbench

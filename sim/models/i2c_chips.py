@@ -17,21 +17,24 @@ class Fault:
     Parameters
     ----------
     kind : str
-        ``"no acknowledge"``: a byte is not taken. ``"clock"``: SCL is held low after the byte. ``"data"``: SDA is held low after the byte.
+        ``"no acknowledge"``: a byte is not taken. ``"clock"``: SCL is held low after the byte's last bit. ``"data"``: SDA is.
     register : int
-        At the byte that names this register; at the chip's address with ``None``.
+        At the byte that names this register; at the chip's address with ``None``, at data with -1.
     after : int
         So many times all goes well before.
     times : float
         So many times it goes wrong.
     clocks : float
         Falls of SCL until SDA is free again.
+    nanoseconds : float
+        Time until SCL is free again.
     """
     kind: str
     register: int | None = None
     after: int = 0
     times: float = math.inf
     clocks: float = math.inf
+    nanoseconds: float = math.inf
 
     def strikes(self, register):
         if register != self.register:
@@ -83,6 +86,7 @@ class I2cChip:
         self.count = 0
         self.byte = 0
         self.taken = 0                      # data bytes of this transfer
+        self.releasing = False
         self.holding = 0.0                  # falls of SCL for which a fault holds SDA
 
     # What a real chip overrides.
@@ -105,10 +109,16 @@ class I2cChip:
     @property
     def due(self):
         """When the chip will change a line by itself."""
+        if self.releasing:
+            return -math.inf
         times = [self.scl_until] if self.scl_low else []
         return min(times + ([self.sda_next[0]] if self.sda_next else []), default=math.inf)
 
     def wake(self, now):
+        if self.releasing:
+            self.releasing = False
+            self.state, self.holding, self.sda_low, self.sda_next = "idle", 0.0, False, None
+            self.scl_until = now + DATA_SETUP
         if self.scl_low and self.scl_until <= now:
             self.scl_low = False
         if self.sda_next and self.sda_next[0] <= now:
@@ -116,9 +126,8 @@ class I2cChip:
             self.sda_next = None
 
     def release(self):
-        """Let go of both lines: the end of a fault that has none."""
-        self.scl_until, self.holding = 0.0, 0.0
-        self.sda_low, self.sda_next, self.state = False, None, "idle"
+        """Let go of both lines, SDA first: the end of a fault that has none. Not while the master clocks."""
+        self.releasing = True
 
     def on_start(self, now, repeated, *, strict):
         if strict and repeated and self.RESTART is False:
@@ -174,7 +183,8 @@ class I2cChip:
         self.scl_until = max(now + nanoseconds, self.sda_next[0] + DATA_SETUP if self.sda_next else 0)
 
     def _strikes(self, kind, register):
-        return any([fault.strikes(register) for fault in self.faults if fault.kind == kind])
+        """The fault of this kind that strikes now, if any does."""
+        return next((fault for fault in self.faults if fault.kind == kind and fault.strikes(register)), None)
 
     def _take(self, now):
         """A whole byte has come; whether to acknowledge it."""
@@ -198,9 +208,9 @@ class I2cChip:
         if self._strikes("no acknowledge", register):
             self.state = "ignore"
             return False
-        if self._strikes("clock", register):
-            self._hold_scl(now, math.inf)
-        if self._strikes("data", register):
-            self.holding = next(fault.clocks for fault in self.faults if fault.kind == "data" and fault.register == register)
+        if fault := self._strikes("clock", register):
+            self._hold_scl(now, fault.nanoseconds)
+        if fault := self._strikes("data", register):
+            self.holding = fault.clocks
             self.state = "ignore"
         return True
