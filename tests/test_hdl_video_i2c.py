@@ -1,4 +1,5 @@
 # amaranth: UnusedElaboratable=no
+from itertools import pairwise
 from types import SimpleNamespace
 
 import numpy as np
@@ -80,7 +81,7 @@ def run_master(script, *chips, clock_hz=CLOCK_HZ, rise_ns=0, broken=False, stall
 
 def rises(lines):
     """Cycles at which SCL rises."""
-    return [cycle for cycle, (before, after) in enumerate(zip(lines, lines[1:])) if after[0] > before[0]]
+    return [cycle for cycle, (before, after) in enumerate(pairwise(lines)) if after[0] > before[0]]
 
 
 @pytest.mark.parametrize("clock_hz, rise_ns, stretch, stall", [
@@ -131,7 +132,7 @@ def test_timing_at_full_speed():
     _, lines = run_master(script, I2cChip(ADDRESS), clock_hz=75_000_000)
     at = rises(lines)
     assert len(at) == 9
-    assert {after - before for before, after in zip(at, at[1:])} == {750 + 3}
+    assert {after - before for before, after in pairwise(at)} == {750 + 3}
 
 
 def test_slower_bus():
@@ -143,7 +144,7 @@ def test_slower_bus():
 
     _, lines = run_master(script, I2cChip(ADDRESS), bus_hz=10_000)
     at = rises(lines)
-    assert {after - before for before, after in zip(at, at[1:])} == {100 + 3}
+    assert {after - before for before, after in pairwise(at)} == {100 + 3}
 
 
 @pytest.mark.parametrize("register, answered", [(None, 0), (0x12, 1), (-1, 2)])

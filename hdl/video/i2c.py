@@ -1,9 +1,10 @@
 """I2C bus master."""
 
+import enum
+
 from amaranth import *
 from amaranth.lib import data, stream, wiring
 from amaranth.lib.cdc import FFSynchronizer
-from amaranth.lib.enum import Enum
 from amaranth.lib.wiring import In, Out
 
 from golden.setup_steps import Failure
@@ -15,8 +16,8 @@ __all__ = ["I2cCommand", "I2cMaster", "I2cResponse"]
 class I2cCommand(data.StructLayout):
     """One byte on the bus.
 
-    ``start``: a start condition before it, a repeated one if the bus is held. ``read``: the byte comes from the chip, and ``nack`` leaves it
-    without acknowledge, as the last of a transfer must be; if not, ``data`` goes to the chip. ``stop``: a stop condition after it.
+    ``start``: a start condition before it, a repeated one if the bus is held. ``read``: the byte comes from the chip, and ``nack`` leaves
+    it without acknowledge, as the last of a transfer must be; if not, ``data`` goes to the chip. ``stop``: a stop condition after it.
     """
     def __init__(self):
         super().__init__({"data": 8, "start": 1, "read": 1, "nack": 1, "stop": 1})
@@ -28,7 +29,7 @@ class I2cResponse(data.StructLayout):
         super().__init__({"data": 8, "result": Failure})
 
 
-class _Kind(Enum, shape=2):
+class _Kind(enum.Enum):
     """What a clock pulse is for."""
     START = 0
     BIT = 1
@@ -50,9 +51,9 @@ class I2cMaster(wiring.Component):
     go of SDA, and a stop; then the transfer goes on. If SDA is still low: ``DATA_HELD``.
 
     Timing, in cycles of ``clock_hz`` from the standard mode's least values (UM10204: low 4.7 us, high 4.0 us, start set up 4.7 us and held
-    4.0 us, stop set up 4.0 us, bus free 4.7 us, data set up 250 ns): :attr:`low` and :attr:`high` are 54 % and 46 % of a period of ``bus_hz``,
-    or the least value; :attr:`hold` is 300 ns, for which data stay after SCL's fall. SCL's high time counts from when it is seen high, all
-    through, so a slow edge or a chip that stretches only makes a bit longer. Inputs are seen 2 cycles late.
+    4.0 us, stop set up 4.0 us, bus free 4.7 us, data set up 250 ns): :attr:`low` and :attr:`high` are 54 % and 46 % of a period of
+    ``bus_hz``, or the least value; :attr:`hold` is 300 ns, for which data stay after SCL's fall. SCL's high time counts from when it is
+    seen high, all through, so a slow edge or a chip that stretches only makes a bit longer. Inputs are seen 2 cycles late.
 
     Parameters
     ----------

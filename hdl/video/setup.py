@@ -1,10 +1,10 @@
 """Set-up of the video chips: a sequencer that walks a chip's table of steps."""
 
+import enum
 import math
 
 from amaranth import *
 from amaranth.lib import data, wiring
-from amaranth.lib.enum import Enum
 from amaranth.lib.memory import Memory
 from amaranth.lib.wiring import In, Out
 
@@ -16,7 +16,7 @@ from .i2c import I2cMaster
 __all__ = ["ChipSetup"]
 
 
-class _Kind(Enum, shape=2):
+class _Kind(enum.Enum):
     """What a step does."""
     DRIVE = 0
     WRITE = 1
@@ -38,10 +38,11 @@ class _StepWord(data.StructLayout):
 class ChipSetup(wiring.Component):
     """Sets a chip up over an I2C bus of its own, and watches it from then on.
 
-    The table is ``chip.setup``, walked once, then ``chip.watch``, walked every ``watch_seconds``. A step that fails for longer than its own
-    time ends the try: ``step`` and ``reason`` say which one and why (:meth:`golden.setup_steps.Chip.explain` puts it in words), ``failures``
-    counts, and after ``pause_seconds`` the whole set-up begins again, pins and all. When ``tries`` tries in a row have failed, ``failed`` is
-    set and nothing more happens until ``restart``. A failure while the chip is watched is counted too and begins such a row of tries anew.
+    The table is ``chip.setup``, walked once, then ``chip.watch``, walked every ``watch_seconds``. A step that fails for longer than its
+    own time ends the try: ``step`` and ``reason`` say which one and why (:meth:`golden.setup_steps.Chip.explain` puts it in words),
+    ``failures`` counts, and after ``pause_seconds`` the whole set-up begins again, pins and all. When ``tries`` tries in a row have failed,
+    ``failed`` is set and nothing more happens until ``restart``. A failure while the chip is watched is counted too and begins such a row
+    of tries anew.
 
     Status: ``busy`` from reset or ``restart`` until ``done`` or ``failed``, exactly one of the three is high. ``step`` and ``reason`` are
     those of the latest failure since reset or ``restart``. ``locked`` is low unless ``done``.

@@ -1,6 +1,7 @@
 """The chips of the video cards on the I2C bus: each checks every write, and answers only when it can. Times are nanoseconds."""
 
 import math
+from typing import ClassVar
 
 from .i2c import Violation
 from .i2c_chips import I2cChip
@@ -12,7 +13,7 @@ __all__ = ["Tfp410", "Tvp5154"]
 class _StrictChip(I2cChip):
     """A chip that takes only what it should be set to, one byte a transfer, and that pins can put to sleep."""
     #: Values that each register may get.
-    ALLOWED: dict[int, set[int]] = {}
+    ALLOWED: ClassVar[dict[int, set[int]]] = {}
 
     def write(self, now, register, value):
         if value not in self.ALLOWED.get(register, ()):
@@ -27,7 +28,7 @@ class _StrictChip(I2cChip):
 
 class _Decoder:
     """One of the decoders of a TVP5154."""
-    RESET = {0x00: 0x00, 0x03: 0x01, 0x15: 0x01, 0x17: 0x1B}
+    RESET: ClassVar = {0x00: 0x00, 0x03: 0x01, 0x15: 0x01, 0x17: 0x1B}
 
     def __init__(self):
         self.registers = dict(self.RESET)
@@ -47,10 +48,10 @@ class Tvp5154(_StrictChip):
     decoders : list of _Decoder
     """
     RESTART = False
-    ALLOWED = {
+    ALLOWED: ClassVar = {
         0xFE: {1, 2, 4, 8}, 0xFF: {1, 2, 4, 8}, 0x7F: {0x00}, 0x03: {0x0D}, 0x17: {0x5B}, 0x15: {0x81}, 0x00: {0x00},
     }
-    SETTINGS = {0x03: 0x0D, 0x17: 0x5B, 0x15: 0x81, 0x00: 0x00}
+    SETTINGS: ClassVar = {0x03: 0x0D, 0x17: 0x5B, 0x15: 0x81, 0x00: 0x00}
     POWER_UP, RESET_PULSE, RESET_TO_BUS = 20_000_000, 500, 200_000
     LOCKED = 0x06
 
@@ -128,8 +129,8 @@ class Tvp5154(_StrictChip):
 class Tfp410(_StrictChip):
     """DVI transmitter; its registers are out of reach, and are reset, while ISEL is low."""
     RESTART = True
-    ALLOWED = {0x08: {0xBF}, 0x09: {0x20}}
-    RESET = {0x00: 0x4C, 0x01: 0x01, 0x02: 0x10, 0x03: 0x04, 0x08: 0xFE, 0x09: 0x00}
+    ALLOWED: ClassVar = {0x08: {0xBF}, 0x09: {0x20}}
+    RESET: ClassVar = {0x00: 0x4C, 0x01: 0x01, 0x02: 0x10, 0x03: 0x04, 0x08: 0xFE, 0x09: 0x00}
 
     def __init__(self, **kwargs):
         super().__init__(0x70 >> 1, **kwargs)
