@@ -4,14 +4,12 @@ from amaranth.lib import data
 from amaranth.lib.wiring import In, Out, Signature
 
 from golden.config import PIXEL_BITS, MatcherConfig
+from golden.memory_map import ADDRESS_BITS, WORD_BYTES
+
+from ..stream import FLAGS
 
 
-__all__ = ["ADDRESS_BITS", "WORD_BYTES", "CameraWord", "LocalBus", "ShownPixel"]
-
-
-#: The memory controller's local interface: 128 bits a word, half rate of a 32-bit DDR2 memory of 128 MB.
-WORD_BYTES = 16
-ADDRESS_BITS = 23
+__all__ = ["ADDRESS_BITS", "WORD_BYTES", "CameraWord", "LocalBus", "PlanePixel", "ShownPixel"]
 
 
 class CameraWord(data.StructLayout):
@@ -22,6 +20,12 @@ class CameraWord(data.StructLayout):
     """
     def __init__(self):
         super().__init__({"luma": PIXEL_BITS, "first": 1, "last": 1, "end": 1, "drop": 1})
+
+
+class PlanePixel(data.StructLayout):
+    """A pixel on its way into a picture in memory: a grey level or a disparity, in the order of lines."""
+    def __init__(self):
+        super().__init__({"value": PIXEL_BITS, **FLAGS})
 
 
 class ShownPixel(data.StructLayout):

@@ -1,0 +1,207 @@
+"""Pictures into the memory: from the cameras, and for the monitor."""
+
+from amaranth import *
+from amaranth.lib import stream, wiring
+from amaranth.lib.wiring import In, Out
+
+from golden.memory_map import MemoryMap, Plane
+
+from .arbiter import WritePort
+from .dma import LineScan, PixelPacker, WordFifo, line_number
+from .words import WORD_BYTES, CameraWord, PlanePixel
+
+
+__all__ = ["FrameWriter", "PictureWriter"]
+
+
+class _PlaneWriter(wiring.Component):
+    """What :class:`FrameWriter` and :class:`PictureWriter` share; see there."""
+    def __init__(self, memory_map: MemoryMap, plane: Plane, payload, *, value, interlaced, burst, depth):
+        if depth < burst + 2:
+            raise ValueError(f"the FIFO of a writer must hold at least {burst + 2} words, two more than a burst, not {depth!r}")
+        LineScan.check(memory_map, burst, interlaced)
+        self.memory_map = memory_map
+        self.plane = plane
+        self.value = value
+        self.interlaced = interlaced
+        self.burst = burst
+        self.depth = depth
+        super().__init__({
+            "i": In(stream.Signature(payload)),
+            "port": Out(WritePort(burst)),
+            "begin": Out(1),
+            "buffer": In(range(memory_map.buffers)),
+            "accept": In(1),
+            "complete": Out(1),
+            "abandoned": Out(1),
+            "ragged": Out(1),
+            "overflow": Out(1),
+            "skipped": Out(16),
+            "fill": Out(range(depth + 1)),
+            "clear_fill": In(1),
+        })
+
+    def elaborate(self, platform):
+        m = Module()
+        memory_map, word = self.memory_map, self.i.p
+        m.submodules.packer = packer = PixelPacker()
+        m.submodules.fifo = fifo = WordFifo(self.depth)
+        m.submodules.scan = scan = LineScan(memory_map, burst=self.burst, interlaced=self.interlaced)
+        wiring.connect(m, packer.o, fifo.i)
+        m.d.comb += [self.fill.eq(fifo.fill), fifo.clear_fill.eq(self.clear_fill)]
+
+        # A pixel against its place.
+        x      = Signal(range(memory_map.width))
+        y      = Signal(range(memory_map.height))
+        drop   = word.drop if "drop" in word.shape().members else C(0)
+        origin = Signal()
+        wrong  = Signal()
+        line_end, frame_end = Signal(), Signal()
+        m.d.comb += [
+            origin.eq((x == 0) & (y == 0)),
+            line_end.eq(x == memory_map.width - 1),
+            frame_end.eq(line_end & (y == memory_map.height - 1)),
+            wrong.eq((word.first != origin) | (word.last != line_end) | (word.end != frame_end)),
+            packer.i.p.value.eq(word[self.value]),
+            packer.i.p.last.eq(line_end),
+        ]
+
+        # A burst is asked for when all its words are there; then its words go, and it is done when the memory has taken the last one.
+        gathers = Signal()      # a frame is under way
+        asks    = Signal()
+        goes    = Signal()      # granted, not all taken
+        count   = Signal.like(scan.o.length, reset_less=True)
+        closing = Signal()      # the line's last word, which may be padded
+        padding = -memory_map.width % WORD_BYTES
+        m.d.comb += [
+            self.port.request.valid.eq(asks),
+            self.port.request.p.address.eq(scan.o.address),
+            self.port.request.p.length.eq(scan.o.length),
+            closing.eq(scan.o.last & (count == 1)),
+            self.port.word.p.data.eq(fifo.o.payload),
+            self.port.word.p.be.eq((2**WORD_BYTES - 1) >> Mux(closing, padding, 0)),
+            self.port.word.valid.eq(fifo.o.valid & goes),
+            fifo.o.ready.eq(self.port.word.ready & goes),
+            scan.advance.eq(self.port.accepted),
+        ]
+        with m.If(gathers & scan.active & ~asks & ~goes & (fifo.level >= scan.o.length)):
+            m.d.sync += asks.eq(1)
+        with m.If(asks & self.port.request.ready):
+            m.d.sync += [asks.eq(0), goes.eq(1), count.eq(scan.o.length)]
+        with m.If(self.port.word.valid & self.port.word.ready):
+            m.d.sync += count.eq(count - 1)
+        with m.If(self.port.accepted):
+            m.d.sync += goes.eq(0)
+
+        base = Signal.like(scan.base, reset_less=True)
+        m.d.comb += scan.base.eq(base)
+        with m.FSM():
+            with m.State("idle"):
+                # Whatever does not begin a frame is what is left of one that was given up.
+                m.d.comb += self.begin.eq(self.i.valid & word.first & ~drop)
+                m.d.comb += self.i.ready.eq(~word.first | drop)
+                m.d.sync += [x.eq(0), y.eq(0)]
+                with m.If(self.begin):
+                    m.next = "decide"
+            with m.State("decide"):
+                m.d.sync += base.eq(line_number(memory_map, self.plane, self.buffer))
+                with m.If(self.accept):
+                    m.d.comb += scan.start.eq(1)
+                    m.next = "fill"
+                with m.Else():
+                    m.d.comb += self.i.ready.eq(1)
+                    with m.If(~self.skipped.all()):
+                        m.d.sync += self.skipped.eq(self.skipped + 1)
+                    m.next = "idle"
+            with m.State("fill"):
+                m.d.comb += [gathers.eq(1), self.overflow.eq(self.i.valid & ~packer.i.ready)]
+                with m.If(self.i.valid & (drop | wrong)):
+                    # A pixel that begins the next frame waits for it.
+                    m.d.comb += [self.i.ready.eq(drop | ~word.first | origin), self.ragged.eq(~drop)]
+                    m.next = "abandon"
+                with m.Else():
+                    m.d.comb += [packer.i.valid.eq(self.i.valid), self.i.ready.eq(packer.i.ready)]
+                    with m.If(self.i.valid & self.i.ready):
+                        m.d.sync += x.eq(Mux(line_end, 0, x + 1))
+                        with m.If(line_end):
+                            m.d.sync += y.eq(y + 1)
+                        with m.If(frame_end):
+                            m.next = "finish"
+            with m.State("finish"):
+                m.d.comb += gathers.eq(1)
+                with m.If(~scan.active):
+                    m.d.comb += self.complete.eq(1)
+                    m.next = "idle"
+            with m.State("abandon"):
+                # A burst that was asked for is written: its words were promised.
+                with m.If(~asks & ~goes):
+                    m.d.comb += [self.abandoned.eq(1), packer.clear.eq(1), fifo.clear.eq(1)]
+                    m.next = "idle"
+        return m
+
+
+class FrameWriter(_PlaneWriter):
+    """Camera frames into the buffers of a plane, the top field's lines in even rows, the bottom field's in odd ones.
+
+    Golden: :meth:`golden.memory_map.MemoryMap.words`.
+
+    Control: ``begin`` for a cycle as a frame's first pixel waits; in the cycle after, ``accept`` and ``buffer`` say whether it is
+    written, and where. Then ``complete`` for a cycle, when the memory has taken the frame's last word, so that later reads see all of
+    it; or ``abandoned``, after which nothing more of it is written. Frames that are not accepted are counted in ``skipped``. A ``drop``
+    word abandons the frame. So does a pixel whose flags do not fit its place, and ``ragged`` is then high for a cycle: nothing is ever
+    written outside the buffer. Such a frame is ignored up to the next ``first``.
+
+    Timing: a pixel a cycle; ``overflow`` is high while a pixel waits because the FIFO is full. What faces a camera must then drop a frame.
+    After the last pixel, and after a frame that is abandoned, the next pixel waits until all bursts are written. ``i.ready`` depends
+    combinationally on ``i``.
+
+    FIFO: a burst has to gather before it is asked for. Until its last word has left, :func:`golden.bandwidth.served_clocks`, words come at
+    the camera's rate: ``depth >= burst + words in that time + 1``. For PAL, six masters and a stall of 100 us,
+    :attr:`golden.bandwidth.Budget.camera_depth` makes that 96.
+
+    Memory: ``(depth - 1) * 128`` bits.
+
+    Parameters
+    ----------
+    memory_map : :class:`golden.memory_map.MemoryMap`
+    plane : :class:`golden.memory_map.Plane`
+    burst : int
+        Most words of a burst, a power of two.
+    depth : int
+        Words in the FIFO.
+
+    Members
+    -------
+    i : In(stream.Signature(CameraWord()))
+    port : Out(WritePort(burst))
+    begin, complete, abandoned, ragged, overflow : Out(1)
+    buffer : In(range(memory_map.buffers))
+    accept : In(1)
+    skipped : Out(16)
+        Stays at its greatest value.
+    fill : Out(range(depth + 1))
+        Most words ever in the FIFO since ``clear_fill``.
+    clear_fill : In(1)
+    """
+    def __init__(self, memory_map: MemoryMap, plane: Plane, *, burst=16, depth=128):
+        super().__init__(memory_map, plane, CameraWord(), value="luma", interlaced=True, burst=burst, depth=depth)
+
+
+class PictureWriter(_PlaneWriter):
+    """Pictures into the buffers of a plane, as :class:`FrameWriter` does, but line after line, and without ``drop``.
+
+    FIFO: its source waits, so it need only bridge what the other masters take, :attr:`golden.bandwidth.Budget.matcher_depth`.
+
+    Parameters
+    ----------
+    memory_map, plane, burst, depth
+        As of :class:`FrameWriter`.
+
+    Members
+    -------
+    i : In(stream.Signature(PlanePixel()))
+    ...
+        The others as of :class:`FrameWriter`.
+    """
+    def __init__(self, memory_map: MemoryMap, plane: Plane, *, burst=16, depth=64):
+        super().__init__(memory_map, plane, PlanePixel(), value="value", interlaced=False, burst=burst, depth=depth)
