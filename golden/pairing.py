@@ -1,7 +1,7 @@
 """The frame store's rule: which buffer a camera fills, which two frames are a pair, which picture is shown.
 
-**Frames.** Of each camera the *latest* frame counts: complete, in no pair yet. A newer complete frame takes its place; so does nothing,
-once it is ``life`` clocks old. The latest frames of both cameras are a pair if they began no more than ``window`` clocks apart, no other
+**Frames.** Of each camera the *latest* frame counts: complete, in no pair yet. It is so until a newer one is
+complete, or it is ``life`` clocks old. The latest frames of both cameras are a pair if they began no more than ``window`` clocks apart, no other
 pair is being read, the pictures of the pair before are finished, and a slot for new ones is free. Otherwise they wait.
 
 **Buffers.** A frame that begins gets the lowest buffer that is neither read nor holds the latest frame. If there is none it is skipped:
@@ -24,12 +24,13 @@ Times are whole clocks.
 """
 
 from collections.abc import Collection
-from enum import Enum
 from fractions import Fraction
 from typing import NamedTuple
 
+from .buffers import Camera, Pictures
 
-__all__ = ["CAMERAS", "LIVES", "PLANES", "WINDOW", "Camera", "Pair", "Pairing", "Pictures", "Plane", "buffers_needed"]
+
+__all__ = ["CAMERAS", "LIVES", "PLANES", "WINDOW", "Pair", "Pairing", "buffers_needed"]
 
 
 #: Greatest time between the beginnings of a pair's frames, in frame periods.
@@ -40,135 +41,6 @@ LIVES = 4
 #: Writers of frames, and of the two planes of shown pictures, by the names of the gateware's interfaces.
 CAMERAS = ("left_camera", "right_camera")
 PLANES = ("disparity_plane", "left_plane")
-
-
-class Camera:
-    """The buffers of one camera.
-
-    Attributes
-    ----------
-    filling, latest, reading : int or None
-        Buffer that is written, that holds the latest frame, and that is read. Never the same one.
-    latest_began : int
-        When the latest frame began.
-    skipped, unpaired : int
-        Frames for which no buffer was free; complete frames that found no partner.
-    """
-    __slots__ = ("buffers", "filling", "filling_began", "latest", "latest_began", "life", "reading", "skipped", "unpaired")
-
-    def __init__(self, buffers: int, life: int) -> None:
-        self.buffers = buffers
-        self.life = life
-        self.filling: int | None = None
-        self.latest: int | None = None
-        self.reading: int | None = None
-        self.filling_began = self.latest_began = 0
-        self.skipped = self.unpaired = 0
-
-    def expire(self, now: int) -> None:
-        """Give up the latest frame if it is too old."""
-        if self.latest is not None and now - self.latest_began >= self.life:
-            self.latest = None
-            self.unpaired += 1
-
-    def end(self, now: int, complete: bool) -> None:
-        """The frame that fills a buffer is complete, or abandoned; nothing if none does."""
-        self.expire(now)
-        if complete and self.filling is not None:
-            self.unpaired += self.latest is not None
-            self.latest, self.latest_began = self.filling, self.filling_began
-        self.filling = None
-
-    def begin(self, now: int) -> int | None:
-        """A frame begins: the buffer for it, ``None`` to skip it. One that still fills a buffer is abandoned."""
-        self.expire(now)
-        self.filling = None
-        for buffer in range(self.buffers):
-            if buffer != self.latest and buffer != self.reading:
-                self.filling, self.filling_began = buffer, now
-                return buffer
-        self.skipped += 1
-        return None
-
-
-class Plane(Enum):
-    """What has been seen of one plane of the picture that is written."""
-    AWAITED = "awaited"
-    FILLING = "filling"
-    COMPLETE = "complete"
-    ABANDONED = "abandoned"
-
-
-class Pictures:
-    """The slots of the shown pictures.
-
-    Attributes
-    ----------
-    writing, latest, shown : int or None
-        Slot that is written, that holds a complete picture not yet shown, and that is shown. Never the same one.
-    planes : list of :class:`Plane`
-        Of the picture that is written.
-    dropped, abandoned : int
-        Complete pictures in whose place another one came before a fetch; pictures that did not become complete.
-    """
-    __slots__ = ("abandoned", "dropped", "latest", "planes", "shown", "slots", "writing")
-
-    def __init__(self, slots: int) -> None:
-        self.slots = slots
-        self.writing: int | None = None
-        self.latest: int | None = None
-        self.shown: int | None = None
-        self.planes = [Plane.AWAITED] * len(PLANES)
-        self.dropped = self.abandoned = 0
-
-    def free(self) -> int | None:
-        """The slot for a new picture; ``None`` while one is written, or if there is none."""
-        if self.writing is None:
-            for slot in range(self.slots):
-                if slot != self.latest and slot != self.shown:
-                    return slot
-        return None
-
-    def start(self, slot: int) -> None:
-        """A pair starts, whose picture goes into ``slot``."""
-        self.writing = slot
-        self.planes = [Plane.AWAITED] * len(PLANES)
-
-    def end(self, plane: int, complete: bool) -> None:
-        """A plane is complete, or abandoned; nothing if it had not begun since the pair started."""
-        if self.writing is not None and self.planes[plane] is Plane.FILLING:
-            self.planes[plane] = Plane.COMPLETE if complete else Plane.ABANDONED
-
-    def begin(self, plane: int) -> bool:
-        """A plane begins: whether it may be written. One for each pair; if it begins twice the picture is abandoned."""
-        if self.writing is None:
-            return False
-        if self.planes[plane] is Plane.FILLING:
-            self.planes[plane] = Plane.ABANDONED
-        if self.planes[plane] is not Plane.AWAITED:
-            return False
-        self.planes[plane] = Plane.FILLING
-        return True
-
-    def settle(self) -> None:
-        """The picture is finished as soon as both planes are."""
-        if self.writing is None or Plane.AWAITED in self.planes or Plane.FILLING in self.planes:
-            return
-        if Plane.ABANDONED in self.planes:
-            self.give_up()
-            return
-        self.dropped += self.latest is not None
-        self.latest, self.writing = self.writing, None
-
-    def give_up(self) -> None:
-        """The picture that is written will not become complete."""
-        self.writing = None
-        self.abandoned += 1
-
-    def fetch(self) -> None:
-        """The display begins a frame: it turns to the latest picture, if there is one."""
-        if self.latest is not None:
-            self.shown, self.latest = self.latest, None
 
 
 class Pair(NamedTuple):

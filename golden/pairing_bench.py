@@ -23,10 +23,10 @@ _READS = (0.250, 0.375, 0.410, 0.420, 0.500, 0.600, 0.750, 0.950)
 def parser() -> Parser:
     """The arguments of the command."""
     result = Parser(prog="golden.pairing_bench", description=(
-        "Two PAL cameras that start apart and drift: the frame store's rule from event to event, every promise of it checked. Per drift: frames "
-        "of the slower camera, pairs, pictures shown, the greatest time between the beginnings of a pair's frames, the greatest age of a "
-        "frame as its pair starts, the longest time from pair to pair. Then the reading times that two and three buffers stand, over all "
-        "phases of the cameras."))
+        "Two PAL cameras that start apart and drift: the frame store's rule from event to event, every promise of it checked. For each "
+        "drift: frames of the slower camera, pairs, pictures shown; the greatest time between the beginnings of a pair's frames, the "
+        "greatest age of a frame as its pair starts, the longest time from pair to pair; frames skipped and unpaired. Then the reading "
+        "times that two and three buffers stand, over all phases of the cameras."))
     result.add_argument("--hours", type=float, default=3.0, metavar="H", help="simulated time (default: %(default)s)")
     result.add_argument("--ppm", type=float, nargs="+", default=[0.0, 1.0, 10.0, -50.0, 100.0], metavar="PPM",
                         help="how much longer the right camera's period is, in millionths (default: 0 1 10 -50 100)")
