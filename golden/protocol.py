@@ -1,0 +1,118 @@
+"""The wire protocol of the registers: six bytes each way, checked by sum. Host, gateware, models and tests share it."""
+
+import enum
+from dataclasses import dataclass
+
+
+__all__ = ["BAUD", "FRAME_BYTES", "FRAME_SECONDS", "QUIET_SECONDS", "REPLY_SYNC", "REQUEST_SYNC", "Operation", "Reply", "Request",
+           "Status", "check_byte", "decode_reply", "decode_request", "encode_reply", "encode_request", "first_reply"]
+
+
+#: Bits a second, 8N1.
+BAUD = 115_200
+
+#: First byte of a request, and of a reply. They differ, so that a line that echoes does not answer itself.
+REQUEST_SYNC = 0xA5
+REPLY_SYNC = 0x5A
+
+#: Bytes of a request and of a reply.
+FRAME_BYTES = 6
+
+#: Longest silence within a request, in seconds: 115 times what a byte takes, ten times what a USB adapter may wait between two bytes.
+FRAME_SECONDS = 0.01
+
+#: A silence after which a request is read from its beginning, whatever came before: the time-out, and six bytes that noise may have
+#: caused the chip to send.
+QUIET_SECONDS = 0.011
+
+
+class Operation(enum.IntEnum):
+    """Second byte of a request; one is the complement of the other, so that noise does not make a write of a read."""
+    READ = 0x52
+    WRITE = 0xAD
+
+
+class Status(enum.IntEnum):
+    """Second byte of a reply."""
+    OK = 0
+    BAD_SUM = 1
+    UNKNOWN_ADDRESS = 2
+    READ_ONLY = 3
+    OUT_OF_RANGE = 4
+    UNKNOWN_OPERATION = 5
+
+
+@dataclass(frozen=True)
+class Request:
+    """What the host asks; ``operation`` may be none of :class:`Operation`, ``value`` means nothing in a read."""
+    operation: int
+    address: int
+    value: int = 0
+
+
+@dataclass(frozen=True)
+class Reply:
+    """What the chip answers: the register's value, 0 unless ``status`` is ``OK``."""
+    status: Status
+    address: int
+    value: int = 0
+
+
+def check_byte(data: bytes) -> int:
+    """The byte that, put after ``data``, makes all of them add up to 0 modulo 256.
+
+    >>> hex(check_byte(bytes([0xA5, 0x52, 0x10, 0, 0])))
+    '0xf9'
+    """
+    return -sum(data) % 256
+
+
+def _encode(*head: int, value: int) -> bytes:
+    data = bytes([*head, *value.to_bytes(2, "big")])
+    return data + bytes([check_byte(data)])
+
+
+def encode_request(request: Request) -> bytes:
+    """The six bytes of a request.
+
+    >>> encode_request(Request(Operation.WRITE, 0x10, 15)).hex(" ")
+    'a5 ad 10 00 0f 8f'
+    """
+    return _encode(REQUEST_SYNC, request.operation, request.address, value=request.value)
+
+
+def encode_reply(reply: Reply) -> bytes:
+    """The six bytes of a reply.
+
+    >>> encode_reply(Reply(Status.OK, 0x10, 15)).hex(" ")
+    '5a 00 10 00 0f 87'
+    """
+    return _encode(REPLY_SYNC, reply.status, reply.address, value=reply.value)
+
+
+def _is_frame(frame: bytes, sync: int) -> bool:
+    return len(frame) == FRAME_BYTES and frame[0] == sync and sum(frame) % 256 == 0
+
+
+def decode_request(frame: bytes) -> Request | None:
+    """The request that six bytes are; ``None`` if they are none."""
+    if not _is_frame(frame, REQUEST_SYNC):
+        return None
+    return Request(frame[1], frame[2], int.from_bytes(frame[3:5], "big"))
+
+
+def decode_reply(frame: bytes) -> Reply | None:
+    """The reply that six bytes are; ``None`` if they are none."""
+    if not _is_frame(frame, REPLY_SYNC) or frame[1] not in set(Status):
+        return None
+    return Reply(Status(frame[1]), frame[2], int.from_bytes(frame[3:5], "big"))
+
+
+def first_reply(data: bytes) -> Reply | None:
+    """The first reply in ``data``, whatever noise is before and after it; ``None`` if there is none.
+
+    >>> first_reply(b"noise" + encode_reply(Reply(Status.OK, 0x10, 15))).value
+    15
+    """
+    replies = (decode_reply(data[at:at + FRAME_BYTES]) for at in range(len(data) - FRAME_BYTES + 1))
+    return next((reply for reply in replies if reply), None)

@@ -1,0 +1,124 @@
+"""`python -m golden.register_page --output docs/registers.md`: the page of the register map and of its protocol."""
+
+import sys
+import textwrap
+from collections.abc import Sequence
+from pathlib import Path
+
+from .cli import Parser
+from .errors import run_cli
+from .files import atomic, check_output
+from .protocol import (
+    BAUD,
+    FRAME_BYTES,
+    FRAME_SECONDS,
+    QUIET_SECONDS,
+    REPLY_SYNC,
+    REQUEST_SYNC,
+    Operation,
+    Reply,
+    Request,
+    Status,
+    encode_reply,
+    encode_request,
+)
+from .registers import COUNT_MAX, Kind, RegisterMap, register_map
+
+
+__all__ = ["main", "page"]
+
+
+_STATUS_TEXT = {
+    Status.OK: "done",
+    Status.BAD_SUM: "the request's bytes do not add up to 0: nothing was done, send it again",
+    Status.UNKNOWN_ADDRESS: "no register has this address",
+    Status.READ_ONLY: "the register cannot be written",
+    Status.OUT_OF_RANGE: "the value is not within the register's limits: nothing has changed",
+    Status.UNKNOWN_OPERATION: "neither a read nor a write",
+}
+
+
+def _paragraph(*sentences: str) -> str:
+    return textwrap.fill(" ".join(sentences), 140)
+
+
+def _protocol() -> list[str]:
+    """Markdown that describes the protocol byte by byte."""
+    example = Request(Operation.WRITE, 0x10, 15)
+    return [
+        _paragraph(
+            f"RS-232, {BAUD} baud, eight data bits, no parity, one stop bit. The host asks and the chip answers, {FRAME_BYTES} bytes each.",
+            "One request at a time: the next one is sent when the reply has come."),
+        "",
+        "| byte | request | reply |",
+        "|---|---|---|",
+        f"| 0 | sync, `0x{REQUEST_SYNC:02X}` | sync, `0x{REPLY_SYNC:02X}` |",
+        f"| 1 | operation: `0x{Operation.READ:02X}` read, `0x{Operation.WRITE:02X}` write | status, see below |",
+        "| 2 | address | address, as it was received |",
+        "| 3 | value, upper byte; not looked at in a read | value, upper byte; 0 unless the status is 0 |",
+        "| 4 | value, lower byte | value, lower byte |",
+        "| 5 | sum: makes all six bytes add up to 0 modulo 256 | sum, likewise |",
+        "",
+        "| status | meaning |",
+        "|---|---|",
+        *(f"| {status.value} | {text} |" for status, text in _STATUS_TEXT.items()),
+        "",
+        "The value of a reply is what a read found, in one moment, or what a write left there.",
+        "",
+        _paragraph(
+            f"For example, `{encode_request(example).hex(' ')}` writes {example.value} to address `0x{example.address:02X}`, and",
+            f"`{encode_reply(Reply(Status.OK, example.address, example.value)).hex(' ')}` says that it is done."),
+        "",
+        "### Noise",
+        "",
+        _paragraph(
+            "The sum finds every fault within one byte.",
+            "What faults in several bytes may do to an address or a value shows in the reply: the host compares."),
+        "",
+        _paragraph(
+            "Bytes before a sync byte are passed over. A request whose next byte does not come within",
+            f"{1000 * FRAME_SECONDS:g} ms is dropped, and so is one that holds a byte without its stop bit.",
+            "Each such event, each byte passed over, and each bad sum is counted in `uart_errors`.",
+            f"Whatever noise there was, a request sent after {1000 * QUIET_SECONDS:g} ms of silence is answered:",
+            "the time-out, and a reply to noise that may be under way."),
+        "",
+        "A host that got no answer, or status 1, is silent for that long and asks again; a write may be repeated.",
+    ]
+
+
+_SECTIONS = {
+    Kind.CONSTANT: ("Constants", "Read-only; of the build that the page is for: a matcher of the default parameters."),
+    Kind.PARAMETER: ("Parameters", "Read and written; a new value takes effect at a frame's start."),
+    Kind.ACTION: ("Actions", "Write 1; they read as 0."),
+    Kind.STATUS: ("Status", "Read-only; how things are now."),
+    Kind.COUNTER: ("Counters", f"Read-only; since reset or the last `clear_counters`. They stay at {COUNT_MAX}."),
+}
+
+
+def page(registers: RegisterMap) -> str:
+    """The page of the map and of the protocol, in Markdown."""
+    lines = ["# Registers", "", "Written by `python -m golden.register_page --output docs/registers.md`; do not edit.", "",
+             "## Protocol", "", *_protocol()]
+    for kind, (title, about) in _SECTIONS.items():
+        lines += ["", f"## {title}", "", about, "",
+                  "| address | name | bits | values | reset | unit | meaning |", "|---|---|---:|---|---:|---|---|"]
+        lines += [f"| `0x{register.address:02X}` | `{register.name}` | {register.width} | {register.limits} | {register.reset} "
+                  f"| {register.unit or '-'} | {register.description} |" for register in registers.of(kind)]
+    return "\n".join(lines) + "\n"
+
+
+def _run(argv: Sequence[str] | None) -> None:
+    parser = Parser(prog="golden.register_page", description="Write the page of the register map and its protocol.")
+    parser.add_argument("--output", type=Path, required=True, metavar="FILE", help="Markdown, .md")
+    path = check_output(parser.parse_args(argv).output, [".md"])
+    with atomic(path) as file:
+        file.write(page(register_map()).encode())
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run the command; the exit status is the result."""
+    return run_cli(_run, argv, "golden.register_page")
+
+
+if __name__ == "__main__":
+    sys.exit(main())

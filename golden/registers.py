@@ -1,0 +1,254 @@
+"""The register map of the system, as data, and what the chip answers to a request; docs/registers.md is its page."""
+
+import enum
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+
+from .config import WEIGHT_MAX, MatcherConfig
+from .protocol import Operation, Reply, Status, decode_request
+
+
+__all__ = ["COUNT_MAX", "IDENTITY", "VERSION", "Kind", "Register", "RegisterMap", "answer", "register_map"]
+
+
+#: What ``identity`` reads as: "SG" in ASCII.
+IDENTITY = int.from_bytes(b"SG", "big")
+
+#: Of this map: one more whenever a register comes, goes or changes its meaning.
+VERSION = 1
+
+#: Counters stay at their greatest value.
+COUNT_MAX = 2**16 - 1
+
+
+class Kind(enum.StrEnum):
+    """What a register is for.
+
+    ``CONSTANT``: fixed when the gateware was built. ``PARAMETER``: set by the host. ``ACTION``: writing 1 does something once; reads as
+    0. ``STATUS``: how things are now. ``COUNTER``: events, or a greatest value, since reset or the last ``clear_counters``.
+    """
+    CONSTANT = "constant"
+    PARAMETER = "parameter"
+    ACTION = "action"
+    STATUS = "status"
+    COUNTER = "counter"
+
+
+@dataclass(frozen=True)
+class Register:
+    """A register of up to 16 bits.
+
+    Parameters
+    ----------
+    name : str
+        A plain identifier.
+    address : int
+        8 bits.
+    kind : Kind
+        What it is for; :attr:`access` follows.
+    maximum : int
+        Greatest value; :attr:`width` follows.
+    description : str
+        One line.
+    minimum : int
+        Least value that may be written.
+    reset : int
+        Value after reset; of a constant, its value.
+    unit : str
+        What its values are multiples of.
+    words : mapping
+        Names of values.
+    """
+    name: str
+    address: int
+    kind: Kind
+    maximum: int
+    description: str
+    minimum: int = 0
+    reset: int = 0
+    unit: str = ""
+    words: Mapping[int, str] = field(default_factory=dict, hash=False)
+
+    def __post_init__(self) -> None:
+        if not self.name.isidentifier():
+            raise ValueError(f"the name of a register must be an identifier, not {self.name!r}")
+        if self.address not in range(256):
+            raise ValueError(f"the address of {self.name} must be from 0 to 255, not {self.address!r}")
+        if not 0 <= self.minimum <= self.maximum <= COUNT_MAX:
+            raise ValueError(f"the values of {self.name} must be within 0 .. {COUNT_MAX} in rising order, "
+                             f"not {self.minimum} .. {self.maximum}")
+        least = self.minimum if self.kind is Kind.PARAMETER else 0
+        if not least <= self.reset <= self.maximum:
+            raise ValueError(f"the reset value of {self.name} must be from {least} to {self.maximum}, not {self.reset!r}")
+
+    @property
+    def width(self) -> int:
+        """Bits."""
+        return max(1, self.maximum.bit_length())
+
+    @property
+    def writable(self) -> bool:
+        return self.kind in (Kind.PARAMETER, Kind.ACTION)
+
+    @property
+    def access(self) -> str:
+        """``read-only``, ``read-write`` or ``write 1``."""
+        return {Kind.PARAMETER: "read-write", Kind.ACTION: "write 1"}.get(self.kind, "read-only")
+
+    @property
+    def limits(self) -> str:
+        """The values there may be, with their names."""
+        if self.words:
+            return ", ".join(f"{value} {word}" for value, word in self.words.items())
+        return f"{self.minimum} .. {self.maximum}" if self.minimum < self.maximum else f"{self.maximum}"
+
+    def text(self, value: int) -> str:
+        """A value as a person reads it: its name, or its number and unit."""
+        if value in self.words:
+            return self.words[value]
+        return f"{value} {self.unit}".rstrip()
+
+
+@dataclass(frozen=True)
+class RegisterMap:
+    """Registers with names and addresses of their own."""
+    registers: tuple[Register, ...]
+
+    def __post_init__(self) -> None:
+        for what in ("name", "address"):
+            seen = [getattr(register, what) for register in self.registers]
+            twice = sorted({item for item in seen if seen.count(item) > 1})
+            if twice:
+                raise ValueError(f"the {what} {twice[0]!r} is given to two registers")
+
+    def __iter__(self) -> Iterator[Register]:
+        return iter(self.registers)
+
+    def __len__(self) -> int:
+        return len(self.registers)
+
+    def __contains__(self, name: object) -> bool:
+        return any(register.name == name for register in self.registers)
+
+    def __getitem__(self, name: str) -> Register:
+        for register in self.registers:
+            if register.name == name:
+                return register
+        raise KeyError(name)
+
+    def at(self, address: int) -> Register | None:
+        """The register of an address."""
+        return next((register for register in self.registers if register.address == address), None)
+
+    def of(self, *kinds: Kind) -> list[Register]:
+        """The registers of these kinds, in the map's order."""
+        return [register for register in self.registers if register.kind in kinds]
+
+
+_NO_YES = {0: "no", 1: "yes"}
+_WEIGHT_UNIT = "grey levels a pixel"
+
+
+def _counters() -> Iterator[tuple[str, str, str]]:
+    """Name, unit and description of each counter, in the order of addresses."""
+    yield "display_frames", "frames", "frames of the display"
+    yield "pairs", "pairs", "pairs matched"
+    yield "unpaired", "frames", "camera frames that no frame of the other camera was near enough to"
+    yield "pictures_dropped", "pictures", "disparity pictures dropped on their way to memory"
+    yield "display_underflows", "events", "times that memory gave a pixel too late to the display"
+    yield "uart_errors", "events", "framing errors, lost bytes, bad sums, time-outs and stray bytes of this line"
+    for side in ("left", "right"):
+        yield f"{side}_corrected", "codes", f"timing codes of the {side} camera with one wrong bit"
+        yield f"{side}_rejected", "codes", f"timing codes of the {side} camera that were beyond repair"
+        yield f"{side}_dropped", "frames", f"frames of the {side} camera dropped on their way in"
+        yield f"{side}_skipped", "frames", f"frames of the {side} camera that found no free buffer"
+    for fifo, what in (("left_camera", "of the left camera"), ("right_camera", "of the right camera"), ("pair", "before the matcher"),
+                       ("picture", "behind the matcher"), ("display", "of the display")):
+        yield f"{fifo}_fill", "words", f"most words that the FIFO {what} has held"
+
+
+def register_map(config: MatcherConfig | None = None, height: int = 576) -> RegisterMap:
+    """The registers of the system around a matcher.
+
+    Parameters
+    ----------
+    config : MatcherConfig
+        Gives ``disparities``, ``width`` and the reset values of the weights; the default one if ``None``.
+    height : int
+        Lines of a picture.
+    """
+    config = config or MatcherConfig()
+    labels = config.disparities
+
+    def constant(name: str, address: int, value: int, description: str, unit: str = "", **words: Mapping[int, str]) -> Register:
+        return Register(name, address, Kind.CONSTANT, value, description, reset=value, unit=unit, minimum=value, **words)
+
+    def parameter(name: str, address: int, reset: int, words: Mapping[int, str], description: str) -> Register:
+        return Register(name, address, Kind.PARAMETER, max(words), description, reset=reset, words=words)
+
+    return RegisterMap((
+        constant("identity", 0x00, IDENTITY, "tells that this system answers", words={IDENTITY: "stereo graph cut"}),
+        constant("version", 0x01, VERSION, "of this register map"),
+        constant("disparities", 0x02, labels, "labels that were built in", "labels"),
+        constant("width", 0x03, config.max_width, "longest line", "pixels"),
+        constant("height", 0x04, height, "lines of a picture", "lines"),
+        *(Register(f"u{n}", 0x0F + n, Kind.PARAMETER, WEIGHT_MAX, f"weight of the {which} neighbour", reset=weight, unit=_WEIGHT_UNIT)
+          for n, which, weight in zip((1, 2, 3), ("left", "upper", "lower"), config.weights, strict=True)),
+        Register("labels", 0x13, Kind.PARAMETER, labels, "labels in use: disparities from 0 to one less", minimum=1, reset=labels,
+                 unit="labels"),
+        parameter("show", 0x14, 0, {0: "disparity", 1: "left", 2: "both"}, "which picture the monitor shows"),
+        parameter("colour", 0x15, 0, {0: "grey", 1: "colour"}, "how disparities are shown"),
+        parameter("hold", 0x16, 0, {0: "live", 1: "frozen"}, "whether the picture on the monitor stands still"),
+        Register("clear_counters", 0x20, Kind.ACTION, 1, "sets all counters to 0", minimum=1),
+        Register("restart_setup", 0x21, Kind.ACTION, 1, "sets the video decoder up again", minimum=1),
+        Register("setup_state", 0x30, Kind.STATUS, 255, "how far the set-up of the video chips is"),
+        Register("setup_step", 0x31, Kind.STATUS, 255, "the step it is at, or that failed"),
+        Register("setup_reason", 0x32, Kind.STATUS, 255, "why the step failed"),
+        *(Register(name, 0x33 + n, Kind.STATUS, 1, description, words=_NO_YES) for n, (name, description) in enumerate({
+            "left_locked": "the decoder is locked to the left camera",
+            "right_locked": "the decoder is locked to the right camera",
+            "left_signal": "good video comes from the left camera",
+            "right_signal": "good video comes from the right camera",
+            "memory_ready": "the memory has been initialised",
+            "matcher_error": "a ragged frame has come to the matcher",
+        }.items())),
+        *(Register(name, 0x40 + n, Kind.COUNTER, COUNT_MAX, description, unit=unit)
+          for n, (name, unit, description) in enumerate(_counters())),
+    ))
+
+
+def answer(registers: RegisterMap, values: Mapping[str, int], frame: bytes) -> tuple[Reply, dict[str, int]]:
+    """What the chip does with a request.
+
+    Parameters
+    ----------
+    registers : RegisterMap
+    values : mapping
+        Register name to its value; the reset value if there is none.
+    frame : bytes
+        Six, the first one a sync byte.
+
+    Returns
+    -------
+    Reply
+    dict
+        What was written: the name of a parameter or an action to its value; empty if nothing was.
+    """
+    request = decode_request(frame)
+    if request is None:
+        return Reply(Status.BAD_SUM, frame[2]), {}
+    register = registers.at(request.address)
+    status, value, written = Status.OK, request.value, {}
+    if request.operation not in set(Operation):
+        status = Status.UNKNOWN_OPERATION
+    elif register is None:
+        status = Status.UNKNOWN_ADDRESS
+    elif request.operation == Operation.READ:
+        value = values.get(register.name, register.reset)
+    elif not register.writable:
+        status = Status.READ_ONLY
+    elif not register.minimum <= value <= register.maximum:
+        status = Status.OUT_OF_RANGE
+    else:
+        written = {register.name: value}
+    return Reply(status, request.address, value if status is Status.OK else 0), written

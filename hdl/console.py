@@ -1,0 +1,279 @@
+"""`python -m hdl.console`: the parameters of a running system, its status and its counters, over its serial line."""
+
+import functools
+import os
+import sys
+import time
+from collections.abc import Callable, Iterable, Sequence
+from contextlib import AbstractContextManager
+from typing import Protocol
+
+from rich.console import Console
+from rich.live import Live
+from rich.table import Table
+
+from golden.cli import Parser
+from golden.config import MatcherConfig
+from golden.errors import UserError, run_cli
+from golden.protocol import BAUD, FRAME_BYTES, QUIET_SECONDS, Operation, Reply, Request, Status, encode_request, first_reply
+from golden.registers import IDENTITY, VERSION, Kind, Register, RegisterMap, register_map
+
+
+__all__ = ["Chip", "SerialPort", "Transport", "main"]
+
+
+class Transport(Protocol):
+    """A line to the chip."""
+
+    def write(self, data: bytes) -> None:
+        """Send bytes."""
+
+    def read(self, count: int, seconds: float) -> bytes:
+        """Up to ``count`` bytes: fewer if the others do not come within ``seconds``."""
+
+
+class SerialPort:
+    """A serial port of this machine as a :class:`Transport`; closed as its context ends."""
+
+    def __init__(self, port: str, baud: int) -> None:
+        try:
+            import serial
+        except ImportError:
+            raise UserError("the console needs pyserial, which is not installed; install it: pip install 'pyserial>=3.5,<4'") from None
+        self.port = port
+        try:
+            self._line = serial.Serial(port, baud, exclusive=True)
+        except (OSError, ValueError) as error:
+            number = getattr(error, "errno", None)
+            raise UserError(f"the serial port {port} cannot be opened: {os.strerror(number) if number else error}; "
+                            "name the one that the line is plugged into with --port") from None
+
+    def __enter__(self) -> "SerialPort":
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._line.close()
+
+    def _lost(self, error: OSError) -> UserError:
+        return UserError(f"the serial port {self.port} is gone: {error}; plug it in again")
+
+    def write(self, data: bytes) -> None:
+        try:
+            self._line.write(data)
+        except OSError as error:
+            raise self._lost(error) from None
+
+    def read(self, count: int, seconds: float) -> bytes:
+        try:
+            self._line.timeout = seconds
+            return self._line.read(count)
+        except OSError as error:
+            raise self._lost(error) from None
+
+
+class Chip:
+    """The registers at the other end of a line; what is lost or garbled is asked for again.
+
+    Parameters
+    ----------
+    transport : Transport
+    answer_seconds : float
+        How long an answer may take.
+
+    Attributes
+    ----------
+    registers : RegisterMap
+        Those of the system that answered.
+    """
+    ATTEMPTS = 4
+
+    #: Bytes of noise before an answer that are searched for it.
+    NOISE_BYTES = 64
+
+    def __init__(self, transport: Transport, answer_seconds: float = 0.2) -> None:
+        self._transport = transport
+        self._answer_seconds = answer_seconds
+        self.registers: RegisterMap = register_map()
+        identity, version = self.read("identity"), self.read("version")
+        if identity != IDENTITY:
+            raise UserError(f"what answers is no stereo system: its identity is {identity}, not {IDENTITY}; choose another --port")
+        if version != VERSION:
+            raise UserError(f"the chip has version {version} of the register map, this console version {VERSION}; "
+                            "use the console that came with the chip's build")
+        self.registers = register_map(MatcherConfig(disparities=self.read("disparities")))
+
+    def read(self, name: str) -> int:
+        """The value of a register."""
+        return self._value(name, Operation.READ, 0)
+
+    def write(self, name: str, value: int) -> None:
+        """Write a register."""
+        self._value(name, Operation.WRITE, value)
+
+    def _value(self, name: str, operation: Operation, value: int) -> int:
+        reply = self.ask(Request(operation, self.registers[name].address, value))
+        if reply.status is not Status.OK:
+            raise UserError(f"the chip refuses to {operation.name.lower()} {name}: {reply.status.name.lower().replace('_', ' ')}; "
+                            "use the console that came with the chip's build")
+        return reply.value
+
+    def ask(self, request: Request) -> Reply:
+        """The chip's reply; :class:`UserError` if there is none, or only garbled ones."""
+        problems = []
+        for attempt in range(self.ATTEMPTS):
+            self._drop(QUIET_SECONDS if attempt else 0)
+            self._transport.write(encode_request(request))
+            reply, heard = self._listen()
+            if reply is None:
+                problems.append("garbled" if heard else "nothing")
+            elif reply.status is Status.BAD_SUM:
+                problems.append("bad sum")
+            elif reply.address != request.address or (
+                    reply.status is Status.OK and request.operation == Operation.WRITE and reply.value != request.value):
+                problems.append("garbled")
+            else:
+                return reply
+        if set(problems) == {"nothing"}:
+            raise UserError(f"no answer in {self.ATTEMPTS} attempts of {self._answer_seconds:g} s; check the wires (TX to RX), the board's "
+                            "power and --baud, or choose a longer --timeout")
+        raise UserError(f"no good answer in {self.ATTEMPTS} attempts ({', '.join(problems)}); check the wires and --baud")
+
+    def _drop(self, seconds: float) -> None:
+        """Take what comes until nothing does for ``seconds``, or for too long."""
+        for _ in range(16):
+            if not self._transport.read(self.NOISE_BYTES, seconds):
+                return
+
+    def _listen(self) -> tuple[Reply | None, bool]:
+        """A reply, if one comes, and whether anything has."""
+        data = b""
+        reply = None
+        while reply is None and len(data) < self.NOISE_BYTES:
+            more = self._transport.read(max(1, FRAME_BYTES - len(data)), self._answer_seconds)
+            if not more:
+                break
+            data += more
+            reply = first_reply(data)
+        return reply, bool(data)
+
+
+def _register(registers: RegisterMap, name: str) -> Register:
+    if name not in registers:
+        raise UserError(f"there is no register {name!r}; python -m hdl.console list shows all of them")
+    return registers[name]
+
+
+def _assignment(registers: RegisterMap, text: str) -> tuple[Register, int]:
+    """The register and the value of ``NAME=VALUE``."""
+    name, equals, what = text.partition("=")
+    if not equals:
+        raise UserError(f"{text!r} is no assignment; write it as NAME=VALUE")
+    register = _register(registers, name)
+    if not register.writable:
+        raise UserError(f"{name} cannot be set, it is read-only; python -m hdl.console list shows those that can")
+    named = {word: value for value, word in register.words.items()}
+    try:
+        value = named[what] if what in named else int(what, 0)
+    except ValueError:
+        value = -1
+    if not register.minimum <= value <= register.maximum:
+        unit = f" {register.unit}" if register.unit else ""
+        raise UserError(f"{name} cannot be set to {what!r}; choose one of: {register.limits}{unit}")
+    return register, value
+
+
+def _get(chip: Chip, names: Iterable[str]) -> None:
+    registers = [_register(chip.registers, name) for name in names]
+    for register in registers:
+        print(f"{register.name} = {register.text(chip.read(register.name))}")
+
+
+def _set(chip: Chip, assignments: Iterable[str]) -> None:
+    # All are checked before the first one is written.
+    for register, value in [_assignment(chip.registers, text) for text in assignments]:
+        chip.write(register.name, value)
+        print(f"{register.name} = {register.text(value)}")
+
+
+def _watch(chip: Chip, interval: float, count: int | None) -> None:
+    registers = chip.registers.of(Kind.STATUS, Kind.COUNTER)
+    before: dict[str, int] = {}
+
+    def table() -> Table:
+        result = Table()
+        for column in ("register", "value", "change"):
+            result.add_column(column, justify="left" if column == "register" else "right")
+        result.add_column("meaning")
+        for register in registers:
+            value = chip.read(register.name)
+            change = value - before.get(register.name, value) if register.kind is Kind.COUNTER else 0
+            result.add_row(register.name, register.text(value), f"{change:+}" if change else "", register.description)
+            before[register.name] = value
+        return result
+
+    try:
+        with Live(table(), console=Console(), auto_refresh=False) as live:
+            while count is None or (count := count - 1) > 0:
+                time.sleep(interval)
+                live.update(table(), refresh=True)
+    except KeyboardInterrupt:
+        return  # how a watch ends
+
+
+def _list() -> None:
+    table = Table(caption="labels and its greatest value follow the build", caption_justify="left")
+    for column in ("register", "access", "values", "unit", "meaning"):
+        table.add_column(column)
+    for register in register_map():
+        table.add_row(register.name, register.access, register.limits, register.unit, register.description)
+    Console().print(table)
+
+
+# What the numbers of the command line may be.
+_LIMITS = {"baud": (1, 4_000_000), "timeout": (0.001, 60), "interval": (0, 3600), "count": (1, 10**9)}
+
+
+def _parser() -> Parser:
+    parser = Parser(prog="python -m hdl.console", description=__doc__)
+    parser.add_argument("--port", metavar="PORT", help="serial port, such as /dev/ttyUSB0 or COM3; for all commands but list")
+    parser.add_argument("--baud", type=int, default=BAUD, metavar="BAUD", help="bits a second (default: %(default)s)")
+    parser.add_argument("--timeout", type=float, default=0.2, metavar="S", help="seconds that an answer may take (default: %(default)s)")
+    commands = parser.add_subparsers(dest="command", required=True, metavar="get|set|watch|list")
+    get = commands.add_parser("get", help="print registers")
+    get.add_argument("names", nargs="+", metavar="NAME")
+    assign = commands.add_parser("set", help="write parameters and actions; a parameter takes effect at a frame's start")
+    assign.add_argument("assignments", nargs="+", metavar="NAME=VALUE")
+    watch = commands.add_parser("watch", help="show status and counters until interrupted")
+    watch.add_argument("--interval", type=float, default=1.0, metavar="S", help="seconds between two looks (default: %(default)s)")
+    watch.add_argument("--count", type=int, metavar="N", help="end after N looks")
+    commands.add_parser("list", help="show all registers; needs no port")
+    return parser
+
+
+def _run(connect: Callable[[str, int], AbstractContextManager[Transport]], argv: Sequence[str] | None) -> None:
+    options = _parser().parse_args(argv)
+    if options.command == "list":
+        return _list()
+    if options.port is None:
+        raise UserError("--port is missing: name the serial port that the line is plugged into, such as --port /dev/ttyUSB0")
+    for name, (least, greatest) in _LIMITS.items():
+        value = getattr(options, name, None)
+        if value is not None and not least <= value <= greatest:
+            raise UserError(f"--{name} must be from {least} to {greatest}, not {value}; choose a value in that range")
+    with connect(options.port, options.baud) as transport:
+        chip = Chip(transport, options.timeout)
+        if options.command == "get":
+            _get(chip, options.names)
+        elif options.command == "set":
+            _set(chip, options.assignments)
+        else:
+            _watch(chip, options.interval, options.count)
+
+
+def main(argv: Sequence[str] | None = None, connect: Callable[[str, int], AbstractContextManager[Transport]] = SerialPort) -> int:
+    """Run the command line; the exit status is the result. ``connect`` opens the port, at a baud rate."""
+    return run_cli(functools.partial(_run, connect), argv, "hdl.console")
+
+
+if __name__ == "__main__":
+    sys.exit(main())

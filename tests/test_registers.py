@@ -1,0 +1,219 @@
+"""golden.registers, golden.protocol, golden.register_page: the register map, its wire protocol and its page."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from golden.config import MatcherConfig
+from golden.protocol import (
+    BAUD,
+    FRAME_BYTES,
+    FRAME_SECONDS,
+    QUIET_SECONDS,
+    Operation,
+    Reply,
+    Request,
+    Status,
+    decode_reply,
+    decode_request,
+    encode_reply,
+    encode_request,
+    first_reply,
+)
+from golden.register_page import main, page
+from golden.registers import Kind, Register, RegisterMap, answer, register_map
+
+
+REGISTERS = register_map()
+ROOT = Path(__file__).parent.parent
+
+
+@pytest.mark.parametrize("request_, frame", [
+    (Request(Operation.READ, 0x00), "a5 52 00 00 00 09"),
+    (Request(Operation.WRITE, 0x13, 0x1234), "a5 ad 13 12 34 55"),
+    (Request(Operation.READ, 0xFF, 0xFFFF), "a5 52 ff ff ff 0c"),
+    (Request(0x00, 0x01, 0x0100), "a5 00 01 01 00 59"),
+])
+def test_request(request_, frame):
+    """Worked by hand: the bytes of each line add up to a multiple of 256."""
+    assert encode_request(request_) == bytes.fromhex(frame)
+    assert decode_request(bytes.fromhex(frame)) == request_
+
+
+@pytest.mark.parametrize("reply, frame", [
+    (Reply(Status.OK, 0x00, 0x5347), "5a 00 00 53 47 0c"),
+    (Reply(Status.UNKNOWN_OPERATION, 0xFF), "5a 05 ff 00 00 a2"),
+    (Reply(Status.BAD_SUM, 0x40, 0), "5a 01 40 00 00 65"),
+])
+def test_reply(reply, frame):
+    assert encode_reply(reply) == bytes.fromhex(frame)
+    assert decode_reply(bytes.fromhex(frame)) == reply
+
+
+@pytest.mark.parametrize("decode, frame", [(decode_request, encode_request(Request(Operation.WRITE, 0x10, 15))),
+                                           (decode_reply, encode_reply(Reply(Status.OK, 0x10, 15)))])
+def test_every_fault_within_a_byte_is_found(decode, frame):
+    assert decode(frame) is not None
+    for place in range(FRAME_BYTES):
+        for fault in range(1, 256):
+            assert decode(frame[:place] + bytes([frame[place] ^ fault]) + frame[place + 1:]) is None
+    assert decode(frame[:-1]) is decode(frame + b"\0") is decode(b"") is None
+
+
+def test_request_is_no_reply():
+    """A line that echoes does not answer itself."""
+    assert decode_reply(encode_request(Request(Operation.READ, 0x10))) is None
+    assert decode_request(encode_reply(Reply(Status.OK, 0x10))) is None
+
+
+def test_unknown_status_is_no_reply():
+    frame = bytes([0x5A, 6, 0, 0, 0, 0x100 - 0x60])
+    assert sum(frame) % 256 == 0
+    assert decode_reply(frame) is None
+
+
+def test_first_reply_in_noise():
+    rng = np.random.default_rng(1)
+    reply, other = Reply(Status.OK, 0x40, 777), Reply(Status.OK, 0x41, 778)
+    for before in range(12):
+        noise = bytes(rng.integers(0, 256, before).tolist())
+        data = noise + encode_reply(reply) + encode_reply(other)
+        assert first_reply(data) == reply
+        assert first_reply(data[:before + FRAME_BYTES]) == reply
+        assert first_reply(data[:before + FRAME_BYTES - 1]) is None
+    assert first_reply(bytes([0x5A, 0x5A]) + encode_reply(reply)) == reply
+    assert first_reply(b"") is None
+
+
+def test_silence_covers_time_out_and_a_reply():
+    assert FRAME_SECONDS + 10 * FRAME_BYTES / BAUD < QUIET_SECONDS
+
+
+def test_what_must_be_there():
+    names = {register.name for register in REGISTERS}
+    assert names >= {"identity", "version", "disparities", "width", "height", "u1", "u2", "u3", "labels", "show", "colour", "hold",
+                     "clear_counters", "restart_setup", "setup_state", "setup_step", "setup_reason", "memory_ready", "matcher_error",
+                     "display_frames", "pairs", "unpaired", "pictures_dropped", "display_underflows", "uart_errors"}
+    assert names >= {f"{side}_{what}" for side in ("left", "right")
+                     for what in ("locked", "signal", "corrected", "rejected", "dropped", "skipped", "camera_fill")}
+    assert len(names) == len(REGISTERS)
+
+
+def test_values_follow_the_configuration():
+    registers = register_map(MatcherConfig(disparities=256, u1=1, u2=2, u3=63, max_width=4096), height=2000)
+    assert [registers[name].reset for name in ("disparities", "width", "height", "u1", "u2", "u3", "labels")] == [
+        256, 4096, 2000, 1, 2, 63, 256]
+    assert [registers[name].width for name in ("u1", "labels", "show", "colour", "pairs")] == [6, 9, 2, 1, 16]
+    assert (registers["labels"].minimum, registers["labels"].maximum) == (1, 256)
+    assert [register.reset for register in REGISTERS.of(Kind.PARAMETER)] == [15, 10, 5, 80, 0, 0, 0]
+    assert registers["identity"].reset.to_bytes(2, "big") == b"SG"
+
+
+def test_addresses():
+    """Addresses are a contract: a change of one needs another version."""
+    assert {register.name: register.address for register in REGISTERS if not register.address % 16} == {
+        "identity": 0x00, "u1": 0x10, "clear_counters": 0x20, "setup_state": 0x30, "display_frames": 0x40, "pair_fill": 0x50}
+    assert [REGISTERS[name].address for name in ("u1", "u2", "u3", "labels", "show", "colour", "hold")] == list(range(0x10, 0x17))
+    for register in REGISTERS:
+        assert REGISTERS.at(register.address) is register
+    assert REGISTERS.at(0x05) is None
+
+
+def test_kinds():
+    assert len(REGISTERS.of(*Kind)) == len(REGISTERS)
+    assert {register.access for register in REGISTERS.of(Kind.CONSTANT, Kind.STATUS, Kind.COUNTER)} == {"read-only"}
+    assert {register.access for register in REGISTERS.of(Kind.PARAMETER)} == {"read-write"}
+    assert {register.access for register in REGISTERS.of(Kind.ACTION)} == {"write 1"}
+
+
+@pytest.mark.parametrize("name, value, text", [
+    ("u1", 15, "15 grey levels a pixel"), ("show", 2, "both"), ("show", 3, "3"), ("left_locked", 1, "yes"), ("setup_step", 7, "7"),
+    ("identity", 0x5347, "stereo graph cut"),
+])
+def test_text(name, value, text):
+    assert REGISTERS[name].text(value) == text
+
+
+U1 = REGISTERS["u1"]
+
+
+@pytest.mark.parametrize("changes, message", [
+    ({"name": "u 1"}, "must be an identifier, not 'u 1'"),
+    ({"address": 256}, "address of u1 must be from 0 to 255, not 256"),
+    ({"maximum": 65536}, r"within 0 .. 65535 in rising order, not 0 .. 65536"),
+    ({"minimum": 5, "maximum": 4}, "not 5 .. 4"),
+    ({"reset": 64}, "from 0 to 63, not 64"),
+    ({"minimum": 16}, "from 16 to 63, not 15"),
+])
+def test_bad_register(changes, message):
+    with pytest.raises(ValueError, match=message):
+        replace(U1, **changes)
+
+
+def test_bad_map():
+    with pytest.raises(ValueError, match="name 'u1' is given to two"):
+        RegisterMap((U1, replace(U1, address=1)))
+    with pytest.raises(ValueError, match="address 16 is given to two"):
+        RegisterMap((U1, replace(U1, name="other")))
+    with pytest.raises(KeyError):
+        REGISTERS["u4"]
+
+
+@pytest.mark.parametrize("request_, reply, written", [
+    (Request(Operation.READ, 0x10), Reply(Status.OK, 0x10, 15), {}),
+    (Request(Operation.READ, 0x11), Reply(Status.OK, 0x11, 33), {}),
+    (Request(Operation.READ, 0x20), Reply(Status.OK, 0x20, 0), {}),
+    (Request(Operation.WRITE, 0x10, 63), Reply(Status.OK, 0x10, 63), {"u1": 63}),
+    (Request(Operation.WRITE, 0x10, 64), Reply(Status.OUT_OF_RANGE, 0x10), {}),
+    (Request(Operation.WRITE, 0x13, 0), Reply(Status.OUT_OF_RANGE, 0x13), {}),
+    (Request(Operation.WRITE, 0x13, 1), Reply(Status.OK, 0x13, 1), {"labels": 1}),
+    (Request(Operation.WRITE, 0x20, 1), Reply(Status.OK, 0x20, 1), {"clear_counters": 1}),
+    (Request(Operation.WRITE, 0x20, 0), Reply(Status.OUT_OF_RANGE, 0x20), {}),
+    (Request(Operation.WRITE, 0x40, 0), Reply(Status.READ_ONLY, 0x40), {}),
+    (Request(Operation.WRITE, 0x00, 1), Reply(Status.READ_ONLY, 0x00), {}),
+    (Request(Operation.READ, 0x80), Reply(Status.UNKNOWN_ADDRESS, 0x80), {}),
+    (Request(Operation.WRITE, 0x80, 1), Reply(Status.UNKNOWN_ADDRESS, 0x80), {}),
+    (Request(0x53, 0x10, 1), Reply(Status.UNKNOWN_OPERATION, 0x10), {}),
+    (Request(0x53, 0x80, 1), Reply(Status.UNKNOWN_OPERATION, 0x80), {}),
+])
+def test_answer(request_, reply, written):
+    assert answer(REGISTERS, {"u2": 33}, encode_request(request_)) == (reply, written)
+
+
+def test_answer_to_a_bad_sum():
+    frame = bytearray(encode_request(Request(Operation.WRITE, 0x10, 1)))
+    frame[4] ^= 1
+    assert answer(REGISTERS, {}, bytes(frame)) == (Reply(Status.BAD_SUM, 0x10), {})
+
+
+def test_page_is_up_to_date(tmp_path):
+    assert main(["--output", str(tmp_path / "registers.md")]) == 0
+    text = (tmp_path / "registers.md").read_text()
+    assert text == page(REGISTERS)
+    assert (ROOT / "docs" / "registers.md").read_text() == text, "run python -m golden.register_page --output docs/registers.md"
+
+
+def test_page_tells_all():
+    text = page(REGISTERS)
+    for register in REGISTERS:
+        assert f"| `0x{register.address:02X}` | `{register.name}` | {register.width} |" in text
+        assert register.description in text
+    assert max(map(len, text.splitlines())) <= 140
+
+
+@pytest.mark.parametrize("arguments, told", [
+    ([], "--output"), (["--output", "a.txt"], "suffix .txt"), (["--output", "none/a.md"], "folder none"),
+])
+def test_bad_arguments(capsys, arguments, told):
+    assert main(arguments) == 2
+    err = capsys.readouterr().err
+    assert err.startswith("golden.register_page: ") and err.count("\n") == 1 and told in err
+
+
+def test_register_of_its_own():
+    """Names of values may be added to a register of any kind."""
+    register = Register("step", 1, Kind.STATUS, 3, "a step", words={2: "lock"})
+    assert [register.text(value) for value in range(4)] == ["0", "1", "lock", "3"]
+    assert hash(register) == hash(replace(register, words={}))
