@@ -1,0 +1,242 @@
+"""I2C bus master."""
+
+import enum
+
+from amaranth import *
+from amaranth.lib import data, stream, wiring
+from amaranth.lib.cdc import FFSynchronizer
+from amaranth.lib.wiring import In, Out
+
+from golden.setup_steps import Failure
+
+
+__all__ = ["I2cCommand", "I2cMaster", "I2cResponse"]
+
+
+class I2cCommand(data.StructLayout):
+    """One byte on the bus.
+
+    ``start``: a start condition before it, a repeated one if the bus is held. ``read``: the byte comes from the chip, and ``nack`` leaves
+    it without acknowledge, as the last of a transfer must be; if not, ``data`` goes to the chip. ``stop``: a stop condition after it.
+    """
+    def __init__(self):
+        super().__init__({"data": 8, "start": 1, "read": 1, "nack": 1, "stop": 1})
+
+
+class I2cResponse(data.StructLayout):
+    """What became of a command: ``result`` is ``NONE`` if all went well, then ``data`` is the byte as it was on the bus."""
+    def __init__(self):
+        super().__init__({"data": 8, "result": Failure})
+
+
+class _Kind(enum.Enum):
+    """What a clock pulse is for."""
+    START = 0
+    BIT = 1
+    STOP = 2
+    RECOVERY = 3
+
+
+class I2cMaster(wiring.Component):
+    """Master of an I2C bus that has no other master: standard mode, a byte a command, clock stretching honoured.
+
+    Each command gets one response, after the byte's acknowledge, or after the stop condition if there is one. Between commands of a
+    transfer SCL is held low.
+
+    Failures: a byte that is not acknowledged is followed by a stop at once. SCL that stays low for ``stretch_seconds`` after it is
+    released: ``CLOCK_HELD``, both lines are released. SDA that is low where a one is sent, or at a repeated start: ``DATA_HELD``, the same.
+    After any of these the bus is not held; a command without ``start`` is then not sent and gets ``NO_ACKNOWLEDGE``.
+
+    Recovery: if SDA is low before the start of a transfer, a chip has lost count of its bits. It gets clocks, nine at most, until it lets
+    go of SDA, and a stop; then the transfer goes on. If SDA is still low: ``DATA_HELD``.
+
+    Timing, in cycles of ``clock_hz`` from the standard mode's least values (UM10204: low 4.7 us, high 4.0 us, start set up 4.7 us and held
+    4.0 us, stop set up 4.0 us, bus free 4.7 us, data set up 250 ns): :attr:`low` and :attr:`high` are 54 % and 46 % of a period of
+    ``bus_hz``, or the least value; :attr:`hold` is 300 ns, for which data stay after SCL's fall. SCL's high time counts from when it is
+    seen high, all through, so a slow edge or a chip that stretches only makes a bit longer. Inputs are seen 2 cycles late.
+
+    Parameters
+    ----------
+    clock_hz : int
+        Rate of the ``sync`` domain; at least four times ``bus_hz``.
+    bus_hz : int
+        Greatest rate of SCL, up to 100 kHz.
+    stretch_seconds : float
+        Longest that a chip may hold SCL low.
+
+    Members
+    -------
+    i : In(stream.Signature(I2cCommand()))
+    o : Out(stream.Signature(I2cResponse()))
+    scl_low, sda_low : Out(1)
+        Pull the line low; open drain.
+    scl_i, sda_i : In(1)
+        Levels of the lines, asynchronous.
+    """
+    def __init__(self, clock_hz, bus_hz=100_000, *, stretch_seconds=1e-3):
+        if not 0 < bus_hz <= 100_000:
+            raise ValueError(f"bus_hz must be from 1 to 100000, the rate of I2C's standard mode, not {bus_hz!r}")
+        if clock_hz < 4 * bus_hz:
+            raise ValueError(f"clock_hz must be at least four times bus_hz, {4 * bus_hz}, not {clock_hz!r}")
+        if not stretch_seconds > 0:
+            raise ValueError(f"stretch_seconds must be greater than 0, not {stretch_seconds!r}")
+
+        def cycles(nanoseconds):
+            return -(-nanoseconds * clock_hz // 10**9)
+
+        period = -(-clock_hz // bus_hz)
+        self.low = max(cycles(4_700), -(-54 * period // 100))
+        self.high = max(cycles(4_000), period - self.low)
+        self.hold = cycles(300)
+        self.stretch = cycles(round(stretch_seconds * 1e9))
+        super().__init__({
+            "i": In(stream.Signature(I2cCommand())),
+            "o": Out(stream.Signature(I2cResponse())),
+            "scl_low": Out(1),
+            "sda_low": Out(1),
+            "scl_i": In(1, init=1),
+            "sda_i": In(1, init=1),
+        })
+
+    def elaborate(self, platform):
+        m = Module()
+        scl = Signal(init=1)
+        sda = Signal(init=1)
+        m.submodules.scl_sync = FFSynchronizer(self.scl_i, scl, init=1)
+        m.submodules.sda_sync = FFSynchronizer(self.sda_i, sda, init=1)
+
+        command = Signal(I2cCommand(), reset_less=True)     # its data is the shift register
+        result  = Signal(Failure, reset_less=True)
+        kind    = Signal(_Kind)
+        held    = Signal()                                  # between start and stop: SCL is low while nothing happens
+        bit     = Signal(range(9), reset_less=True)         # of the byte; 8 is the acknowledge
+        pulses  = Signal(range(10), reset_less=True)        # clocks of a recovery
+        timer   = Signal(range(max(self.low, self.high)))   # cycles left of this phase, less one
+        stretch = Signal(range(self.stretch), reset_less=True)
+
+        acknowledge = Signal()
+        m.d.comb += acknowledge.eq(bit == 8)
+
+        def begin(state, cycles):
+            m.d.sync += timer.eq(cycles - 1)
+            m.next = state
+
+        def fall(next_kind):
+            """SCL falls; what the next pulse is for."""
+            m.d.sync += [self.scl_low.eq(1), kind.eq(next_kind)]
+            begin("hold", self.hold)
+
+        def rise():
+            m.d.sync += [self.scl_low.eq(0), stretch.eq(self.stretch - 1)]
+            m.next = "rise"
+
+        def give_up(failure):
+            m.d.sync += [self.scl_low.eq(0), self.sda_low.eq(0), held.eq(0), result.eq(failure)]
+            m.next = "respond"
+
+        m.d.comb += [self.o.p.data.eq(command.data), self.o.p.result.eq(result)]
+
+        with m.If(timer != 0):
+            m.d.sync += timer.eq(timer - 1)
+
+        with m.FSM():
+            with m.State("idle"):
+                m.d.comb += self.i.ready.eq(1)
+                m.d.sync += [command.eq(self.i.p), result.eq(Failure.NONE), bit.eq(0)]
+                with m.If(self.i.valid):
+                    with m.If(self.i.p.start & ~held):
+                        m.d.sync += kind.eq(_Kind.START)
+                        rise()
+                    with m.Elif(held):
+                        fall(Mux(self.i.p.start, _Kind.START, _Kind.BIT))
+                    with m.Else():
+                        give_up(Failure.NO_ACKNOWLEDGE)
+
+            # SCL low: data stay for a while, then change.
+            with m.State("hold"):
+                with m.If(timer == 0):
+                    with m.Switch(kind):
+                        with m.Case(_Kind.BIT):
+                            with m.If(acknowledge):
+                                m.d.sync += self.sda_low.eq(command.read & ~command.nack)
+                            with m.Else():
+                                m.d.sync += self.sda_low.eq(~command.read & ~command.data[7])
+                        with m.Case(_Kind.STOP):
+                            m.d.sync += self.sda_low.eq(1)
+                        with m.Default():
+                            m.d.sync += self.sda_low.eq(0)
+                    begin("low", self.low - self.hold)
+            with m.State("low"):
+                with m.If(timer == 0):
+                    rise()
+
+            # SCL released: it may be held low, or come up slowly.
+            with m.State("rise"):
+                with m.If(scl):
+                    begin("high", Mux(kind == _Kind.START, self.low, self.high))
+                with m.Elif(stretch == 0):
+                    give_up(Failure.CLOCK_HELD)
+                with m.Else():
+                    m.d.sync += stretch.eq(stretch - 1)
+
+            with m.State("high"):
+                with m.If(~scl):
+                    m.next = "rise"
+                with m.Elif(timer == 0):
+                    with m.Switch(kind):
+                        with m.Case(_Kind.START):
+                            with m.If(sda):
+                                m.d.sync += self.sda_low.eq(1)
+                                begin("start", self.high)
+                            with m.Elif(held):
+                                give_up(Failure.DATA_HELD)
+                            with m.Else():
+                                m.d.sync += pulses.eq(0)
+                                fall(_Kind.RECOVERY)
+                        with m.Case(_Kind.BIT):
+                            with m.If(~acknowledge):
+                                m.d.sync += [command.data.eq(Cat(sda, command.data[:-1])), bit.eq(bit + 1)]
+                                with m.If(~command.read & ~self.sda_low & ~sda):
+                                    give_up(Failure.DATA_HELD)
+                                with m.Else():
+                                    fall(_Kind.BIT)
+                            with m.Else():
+                                refused = ~command.read & sda
+                                with m.If(refused):
+                                    m.d.sync += result.eq(Failure.NO_ACKNOWLEDGE)
+                                with m.If(refused | command.stop):
+                                    fall(_Kind.STOP)
+                                with m.Else():
+                                    m.d.sync += self.scl_low.eq(1)
+                                    m.next = "respond"
+                        with m.Case(_Kind.STOP):
+                            m.d.sync += self.sda_low.eq(0)
+                            begin("free", self.low)
+                        with m.Case(_Kind.RECOVERY):
+                            m.d.sync += pulses.eq(pulses + 1)
+                            fall(Mux(sda | (pulses == 8), _Kind.STOP, _Kind.RECOVERY))
+
+            with m.State("start"):
+                with m.If(timer == 0):
+                    m.d.sync += held.eq(1)
+                    fall(_Kind.BIT)
+
+            # After a stop. One that ends a recovery is none if the chip answers it with a zero of its own.
+            with m.State("free"):
+                with m.If(timer == 0):
+                    m.d.sync += held.eq(0)
+                    with m.If(held):
+                        m.next = "respond"
+                    with m.Elif(sda):
+                        m.d.sync += kind.eq(_Kind.START)
+                        rise()
+                    with m.Elif(pulses == 9):
+                        give_up(Failure.DATA_HELD)
+                    with m.Else():
+                        fall(_Kind.RECOVERY)
+
+            with m.State("respond"):
+                m.d.comb += self.o.valid.eq(1)
+                with m.If(self.o.ready):
+                    m.next = "idle"
+        return m

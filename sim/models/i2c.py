@@ -1,0 +1,194 @@
+"""An I2C bus: two lines, the chips on them, and the rules of the standard mode, checked at the lines.
+
+The bus knows only times and levels. :func:`amaranth_bus` and :func:`cocotb_bus` tie it to a design. Times are nanoseconds.
+"""
+
+import math
+
+
+__all__ = ["DATA_HOLD", "DATA_SETUP", "DATA_VALID", "I2cBus", "Violation", "amaranth_bus", "cocotb_bus"]
+
+
+class Violation(AssertionError):
+    """The design broke a rule of the bus, or of a chip."""
+
+
+# Standard mode, UM10204 table 10; the hold time is what a device must give to bridge the fall of SCL.
+LOW, HIGH, PERIOD = 4_700, 4_000, 10_000
+START_SETUP, START_HOLD, STOP_SETUP, FREE = 4_700, 4_000, 4_000, 4_700
+DATA_SETUP, DATA_HOLD = 250, 300
+
+# A chip's data are valid this long after SCL's fall.
+DATA_VALID = 3_450
+
+
+class I2cBus:
+    """Two lines with their pull-ups, the chips on them, and the rules.
+
+    Parameters
+    ----------
+    *chips : :class:`sim.models.i2c_chips.I2cChip`
+    rise_ns : int
+        What a line takes to come up.
+
+    Attributes
+    ----------
+    scl, sda : int
+        Levels of the lines.
+    broken_allowed : bool
+        A start or a stop inside a byte, or a start without a stop before, is a violation unless a chip's fault makes the master give up.
+    busy : bool
+        A start has been seen and no stop since.
+    starts, stops : int
+        Conditions seen.
+    """
+    def __init__(self, *chips, rise_ns=0):
+        self.chips = chips
+        self.rise_ns = rise_ns
+        self.broken_allowed = False
+        self.scl = self.sda = 1
+        self.starts = self.stops = 0
+        self._master = (False, False)
+        self._now = 0.0
+        self._rises = {"scl": math.inf, "sda": math.inf}
+        self.busy = False
+        self._clocks = 0
+        self._scl_rose = self._scl_fell = self._sda_changed = self._started = self._stopped = -math.inf
+
+    @property
+    def due(self):
+        """When a line will change by itself; infinity if none will."""
+        return min([*self._rises.values(), *(chip.due for chip in self.chips)])
+
+    def drive(self, now, scl_low, sda_low, **pins):
+        """The master's outputs, and the levels of the chips' pins, from ``now`` on."""
+        while self.due <= now:
+            self._settle(max(self.due, self._now))
+        self._now = now
+        self._master = (scl_low, sda_low)
+        for chip in self.chips:
+            chip.set_pins(now, pins)
+        self._settle(now)
+
+    def _settle(self, now):
+        while True:
+            for chip in self.chips:
+                chip.wake(now)
+            scl = self._level("scl", now, self._master[0] or any(chip.scl_low for chip in self.chips))
+            sda = self._level("sda", now, self._master[1] or any(chip.sda_low for chip in self.chips))
+            # Of two lines that change at once the order is the worse one: SDA within SCL's high time.
+            if scl > self.scl:
+                self.scl = scl
+                self._on_rise(now)
+            elif sda != self.sda:
+                self.sda = sda
+                self._on_sda(now)
+            elif scl < self.scl:
+                self.scl = scl
+                self._on_fall(now)
+            else:
+                return
+
+    def _level(self, name, now, low):
+        """Level of a line: low at once, high after its time."""
+        if low:
+            self._rises[name] = math.inf
+            return 0
+        if getattr(self, name):
+            return 1
+        if self._rises[name] == math.inf:
+            self._rises[name] = now + self.rise_ns
+        if self._rises[name] <= now:
+            self._rises[name] = math.inf
+            return 1
+        return 0
+
+    def _check(self, name, now, since, least):
+        # Half a nanosecond for clocks whose period is none of whole ones.
+        if now - since < least - 0.5:
+            raise Violation(f"{name} is {now - since:.0f} ns at {now:.0f} ns; the least is {least} ns")
+
+    def _on_rise(self, now):
+        self._check("SCL low", now, self._scl_fell, LOW)
+        self._check("set-up of data", now, self._sda_changed, DATA_SETUP)
+        self._check("period of SCL", now, self._scl_rose, PERIOD)
+        self._scl_rose = now
+        self._clocks += 1
+        for chip in self.chips:
+            chip.on_rise(now, self.sda)
+
+    def _on_fall(self, now):
+        self._check("SCL high", now, self._scl_rose, HIGH)
+        self._check("hold of start", now, self._started, START_HOLD)
+        self._scl_fell = now
+        for chip in self.chips:
+            chip.on_fall(now)
+
+    def _on_sda(self, now):
+        self._sda_changed = now
+        if not self.scl:
+            self._check("hold of data", now, self._scl_fell, DATA_HOLD)
+            return
+        # SCL has risen once since the last acknowledge, for this condition.
+        whole = self._clocks % 9 == 1
+        if not self.broken_allowed and (self.busy or self.sda) and not whole:
+            raise Violation(f"SDA changes while SCL is high, at {now:.0f} ns, inside a byte")
+        if self.sda:
+            self._check("set-up of stop", now, self._scl_rose, STOP_SETUP)
+            self.busy, self._stopped = False, now
+            self.stops += 1
+            for chip in self.chips:
+                chip.on_stop(now)
+        else:
+            self._check("set-up of start", now, self._scl_rose, START_SETUP)
+            self._check("bus free", now, self._stopped, FREE)
+            repeated, self.busy, self._started, self._clocks = self.busy, True, now, 0
+            self.starts += 1
+            for chip in self.chips:
+                chip.on_start(now, repeated, strict=not self.broken_allowed)
+
+
+def amaranth_bus(bus, dut, *, clock_hz, pins=()):
+    """Testbench for Amaranth's simulator, to run in the background: ``bus`` at the lines of ``dut``, looked at every cycle.
+
+    ``dut`` has the members ``scl_low``, ``sda_low``, ``scl_i``, ``sda_i``, and those of the names in ``pins``.
+    """
+    async def testbench(ctx):
+        signals = [dut.scl_low, dut.sda_low, *(getattr(dut, pin) for pin in pins)]
+        before = None
+        cycle = 0
+        while True:
+            now = cycle * 1e9 / clock_hz
+            values = [ctx.get(signal) for signal in signals]
+            if values != before or bus.due <= now:
+                bus.drive(now, *values[:2], **dict(zip(pins, values[2:])))
+                ctx.set(dut.scl_i, bus.scl)
+                ctx.set(dut.sda_i, bus.sda)
+                before = values
+            await ctx.tick()
+            cycle += 1
+    return testbench
+
+
+async def cocotb_bus(bus, dut, *, prefix="", pins=()):
+    """Run in the background (``cocotb.start_soon``), once the reset has begun: ``bus`` at the lines of a module in a simulator.
+
+    The ports are called as for :func:`amaranth_bus`, with ``prefix`` before them. Costs nothing while the lines are quiet.
+    """
+    from cocotb.simtime import get_sim_time
+    from cocotb.triggers import First, ReadOnly, Timer, ValueChange
+    handles = {name: getattr(dut, prefix + name) for name in ("scl_low", "sda_low", *pins)}
+    while True:
+        await ReadOnly()
+        levels = {}
+        for name, handle in handles.items():
+            assert handle.value.is_resolvable, f"{prefix}{name} is {handle.value}"
+            levels[name] = int(handle.value)
+        await Timer(1, "ps")
+        bus.drive(get_sim_time("ns"), levels.pop("scl_low"), levels.pop("sda_low"), **levels)
+        getattr(dut, f"{prefix}scl_i").value = bus.scl
+        getattr(dut, f"{prefix}sda_i").value = bus.sda
+        triggers = [ValueChange(handle) for handle in handles.values()]
+        if bus.due < math.inf:
+            triggers.append(Timer(max(round((bus.due - get_sim_time("ns")) * 1000), 1), "ps"))
+        await First(*triggers)

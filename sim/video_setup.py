@@ -1,0 +1,34 @@
+"""The set-ups of both video chips beside one another, for a bench on their Verilog."""
+
+from amaranth import *
+from amaranth.lib import wiring
+from amaranth.lib.wiring import Out
+
+from golden.setup_steps import TFP410, TVP5154
+from hdl.video.setup import ChipSetup
+
+
+__all__ = ["CLOCK_HZ", "VideoSetup"]
+
+
+#: Slow, so that a second has few clocks; the bus and its chips do not know.
+CLOCK_HZ = 500_000
+
+
+class VideoSetup(wiring.Component):
+    """The tables as the board has them; ports are called ``decoder__member`` and ``transmitter__member``.
+
+    Members
+    -------
+    decoder, transmitter : Out(signature of :class:`ChipSetup`)
+    """
+    def __init__(self):
+        self.parts = {"decoder": ChipSetup(TVP5154, CLOCK_HZ), "transmitter": ChipSetup(TFP410, CLOCK_HZ, pause_seconds=0.005)}
+        super().__init__({name: Out(part.signature) for name, part in self.parts.items()})
+
+    def elaborate(self, platform):
+        m = Module()
+        for name, part in self.parts.items():
+            m.submodules[name] = part
+            wiring.connect(m, part, wiring.flipped(getattr(self, name)))
+        return m
