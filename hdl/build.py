@@ -12,18 +12,24 @@ from amaranth.lib.wiring import Flow
 from rich.console import Console
 
 from golden.cli import Parser
+from golden.config import MatcherConfig
 from golden.errors import UserError, run_cli
 from golden.files import atomic, check_output
+from golden.formats import DISPLAYS, PAL, DisplayFormat
 
 from .emit import verilog_text
+from .framed import FramedMatcher
 from .matcher import Matcher
 from .options import BOARDS, add_design_options, design_config
-from .system import MatcherSystem
+from .project import check_project
+from .quartus import MEMORY_CONTROLLER, quartus_project
+from .verilog import modules
 
 
-__all__ = ["main"]
+__all__ = ["main", "stereo_system"]
 
 
+DEFAULT_DISPLAY = "720x576"
 FRAMES_PER_SECOND = 25  # PAL
 
 
@@ -62,6 +68,36 @@ def manifest_of(name, matcher, ports, height, arguments):
     }
 
 
+def stereo_system(config: MatcherConfig, display: DisplayFormat):
+    """What goes on the board: a component with the ports :class:`hdl.video.ports.SystemPorts`, and its matcher as ``matcher``."""
+    from .video.system import StereoSystem  # type: ignore[import-not-found]
+    return StereoSystem(config, display)
+
+
+def _core_files(config, frame_timing):
+    """Name, matcher, files, and what the manifest has of its own."""
+    component = FramedMatcher(config) if frame_timing else Matcher(config)
+    matcher = component.matcher if frame_timing else component
+    files = {"matcher.v": verilog_text(component, name="matcher")}
+    return "matcher", matcher, files, ports_of(component), {"payloads": fields_of(component)}
+
+
+def _board_files(config, board, display):
+    """The same of a board: a checked Quartus project."""
+    name = "stereo"
+    core = stereo_system(config, DISPLAYS[display])
+    files = quartus_project(name, core, DISPLAYS[display], config)
+    problems = check_project(name, files, balls=board.BALLS, bank_volts=board.BANK_VOLTS, clock_balls=board.CLOCK_BALLS)
+    if problems:
+        raise RuntimeError(f"the project is not sound: {'; '.join(problems)}")
+    about = {
+        "device": board.DEVICE, "display": display, "clock_mhz": board.MEMORY_CLOCK_MHZ,
+        "pixel_clock_mhz": DISPLAYS[display].pixel_clock_hz / 1e6, "camera_clock_mhz": PAL.byte_clock_hz / 1e6,
+        "memory_controller": MEMORY_CONTROLLER,
+    }
+    return name, core.matcher, files, modules(files[f"{name}.v"])[name].ports, about
+
+
 def _check_folder(folder: Path) -> None:
     """Raise :class:`UserError` unless files can be written into ``folder``, which may not exist yet."""
     existing = folder
@@ -77,30 +113,33 @@ def _check_folder(folder: Path) -> None:
 def _run(argv: Sequence[str] | None) -> int:
     parser = Parser(prog="python -m hdl.build", description=__doc__)
     what = parser.add_mutually_exclusive_group(required=True)
-    what.add_argument("--board", metavar="|".join(BOARDS), help="a Quartus project for this board")
+    what.add_argument("--board", metavar="|".join(BOARDS), help="the whole system, as a Quartus project for this board")
     what.add_argument("--core", action="store_true", help="the bare matcher with its streams, for a design of your own")
+    parser.add_argument("--display", metavar="|".join(DISPLAYS), help=f"with --board: the monitor's format (default: {DEFAULT_DISPLAY})")
+    parser.add_argument("--frame-timing", action="store_true", help="with --core: frame timing signals instead of the stream of pixels")
     parser.add_argument("--output", type=Path, metavar="DIR", help="default: build/cyclone3 or build/core")
     add_design_options(parser)
     options = parser.parse_args(argv)
 
     config = design_config(options)
-    name = "stereo" if options.board else "matcher"
+    if options.core and options.display is not None:
+        raise UserError("--display is the format of the board's monitor, and --core has none; choose --board, or leave --display out")
+    if options.board and options.frame_timing:
+        raise UserError("--frame-timing is for the bare matcher, and --board has cameras; choose --core, or leave --frame-timing out")
+    display = options.display or DEFAULT_DISPLAY
+    if display not in DISPLAYS:
+        raise UserError(f"there is no display format {display!r}; choose one of: {', '.join(DISPLAYS)}")
     folder = options.output or Path("build") / (options.board or "core")
     _check_folder(folder)
 
     with Console(stderr=True).status("writing Verilog"):
-        component = MatcherSystem(config) if options.board else Matcher(config)
-        matcher = component.matcher if options.board else component
-        ports = ports_of(component)
-        files = {f"{name}.v": verilog_text(component, name=name)}
+        if options.board:
+            name, matcher, files, ports, about = _board_files(config, BOARDS[options.board], display)
+            about["board"] = options.board
+        else:
+            name, matcher, files, ports, about = _core_files(config, options.frame_timing)
     needed = round(FRAMES_PER_SECOND * matcher.frame_clocks(options.width, options.height) / 1e6, 2)
-    about = {"clock_mhz_for_25_frames": needed}
-    if options.board:
-        board = BOARDS[options.board]
-        about |= {"board": options.board, "device": board.DEVICE, "clock_mhz": max(board.CLOCK_MHZ, needed)}
-        widths = {port: width for port, (_, width) in ports.items()}
-        files |= board.quartus_project(name, [f"{name}.v"], widths, about["clock_mhz"])
-    about |= {"payloads": fields_of(component), "files": sorted(files)}
+    about |= {"clock_mhz_for_25_frames": needed, "files": sorted(files)}
     manifest = manifest_of(name, matcher, ports, options.height, about)
     files["manifest.json"] = json.dumps(manifest, indent=2) + "\n"
 
@@ -111,9 +150,11 @@ def _run(argv: Sequence[str] | None) -> int:
     print(f"{folder}: {', '.join(sorted(files))}")
     print(f"Clocks a pixel: {matcher.clocks_per_pixel}; {options.width}x{options.height} at {FRAMES_PER_SECOND} frames/s "
           f"needs {needed} MHz.")
-    if options.board and needed > board.CLOCK_MHZ:
-        print(f"The board's oscillator gives {board.CLOCK_MHZ} MHz: the project is constrained to {needed} MHz, "
-              "and needs a PLL before clk.")
+    if options.board:
+        given = BOARDS[options.board].MEMORY_CLOCK_MHZ
+        if needed > given:
+            print(f"The memory controller gives the matcher {given} MHz: {FRAMES_PER_SECOND * given / needed:.1f} frames/s.")
+        print(f"What to do in Quartus: {folder / 'README.md'}")
     return 0
 
 

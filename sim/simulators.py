@@ -20,13 +20,16 @@ from pathlib import Path
 from golden.errors import UserError
 
 
-__all__ = ["ROOT", "SIMULATORS", "SimulationError", "build", "require", "run"]
+__all__ = ["ROOT", "SIMULATORS", "STUBS", "SimulationError", "build", "lint", "require", "run"]
 
 
 SIMULATORS = ("verilator", "icarus")
 
 #: Folder that holds the project's packages: Python inside a simulator must find them.
 ROOT = Path(__file__).resolve().parent.parent
+
+#: Stand-ins for the blocks of Altera that a board's top level is made of.
+STUBS = tuple(sorted((ROOT / "sim" / "stubs").glob("*.v")))
 
 # What cocotb 2.1 needs.
 _VERILATOR_VERSION = (5, 36)
@@ -38,6 +41,10 @@ _MAKEFLAGS = " -- CFG_CXXFLAGS_PCH_I=-include OPT_FAST={fast} OPT_SLOW=-O0"
 # What `verilator --lint-only -Wall` has to say of Amaranth's Verilog; the last two are Yosys's way to write `x == 0` (as `!x`) and a
 # multiplexer of one-hot selection. Any other warning ends the build.
 _WARNINGS = ("-Wno-UNUSEDSIGNAL", "-Wno-WIDTHEXPAND", "-Wno-PROCASSINIT", "-Wno-DECLFILENAME", "-Wno-WIDTHTRUNC", "-Wno-CASEOVERLAP")
+
+# What it has to say of a board's top level: stand-ins have Altera's parameters and use few of them, and the reset that one clock domain
+# works with ends that of the next.
+_BOARD_WARNINGS = ("-Wno-UNUSEDPARAM", "-Wno-SYNCASYNCNET")
 
 # cocotb makes every signal public, for benches that reach inside. A whole picture runs five times faster if only ports are.
 _PORTS_ONLY = ("--no-public-flat-rw", "--public-depth", "1")
@@ -137,6 +144,21 @@ def _tail(log_file, lines=15):
     except OSError:
         return ""
     return "\n".join(["", f"{log_file} ends with:", *text[-lines:]])
+
+
+def lint(simulator, sources, toplevel):
+    """Have a simulator read and elaborate ``sources``, no more; :class:`SimulationError` if it has anything to say."""
+    require(simulator)
+    sources = [str(Path(source).resolve()) for source in sources]
+    if simulator == "verilator":
+        command = ["verilator", "--lint-only", "-Wall", *_WARNINGS, *_BOARD_WARNINGS, "--top-module", toplevel, *sources]
+    else:
+        command = ["iverilog", "-g2005", "-Wall", "-Wno-timescale", "-t", "null", "-s", toplevel, *sources]
+    with _environment(simulator):
+        done = subprocess.run(command, capture_output=True, text=True)
+    said = (done.stdout + done.stderr).strip()
+    if done.returncode or "warning" in said.lower() or "error" in said.lower():
+        raise SimulationError(f"{simulator} does not take {toplevel}: {said[-2000:]}")
 
 
 def build(simulator, sources, toplevel, build_dir, *, parameters=None, debug=False, waves=False):

@@ -8,24 +8,52 @@ from pathlib import Path
 import pytest
 from amaranth.hdl import Fragment
 
+import hdl.build
 from boards import cyclone3
 from golden.config import Arithmetic, MatcherConfig
+from golden.formats import DISPLAYS
 from hdl.build import main
 from hdl.matcher import Matcher
+from sim.models.board_core import BoardCore
 
 
 ROOT = Path(__file__).parent.parent
 SMALL = ["--width", "24", "--height", "10", "--disparities", "6"]
-BOARD = ["--board", "cyclone3", "--engine", "sequential", *SMALL]
+BOARD = ["--board", "cyclone3", "--engine", "sequential", "--display", "1024x768", *SMALL]
+
+# The same in a process of its own: with the stand-in for the video system.
+WITH_STAND_IN = """
+import sys, hdl.build
+from sim.models.board_core import BoardCore
+hdl.build.stereo_system = lambda config, display: BoardCore(config)
+sys.exit(hdl.build.main(sys.argv[1:]))
+"""
+
+
+@pytest.fixture(scope="module", autouse=True)
+def given():
+    """On the board, the stand-in for the video system; the displays that it was made for."""
+    displays = []
+
+    def stand_in(config, display):
+        displays.append(display)
+        return BoardCore(config)
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(hdl.build, "stereo_system", stand_in)
+        yield displays
 
 
 @pytest.fixture(scope="module")
-def folders(tmp_path_factory):
-    """A board's build, sequential engine; a core's, streaming engine."""
+def folders(tmp_path_factory, given):
+    """A board's build, sequential engine; a core's, streaming engine; the same between frame timing signals."""
     base = tmp_path_factory.mktemp("builds")
     assert main([*BOARD, "--output", str(base / "deep" / "board")]) == 0
-    assert main(["--core", *SMALL, "--fraction-bits", "2", "--u1", "7", "--output", str(base / "core")]) == 0
-    return {"stereo": base / "deep" / "board", "matcher": base / "core"}
+    assert given == [DISPLAYS["1024x768"]]
+    core = ["--core", *SMALL, "--fraction-bits", "2", "--u1", "7"]
+    assert main([*core, "--output", str(base / "core")]) == 0
+    assert main([*core, "--frame-timing", "--output", str(base / "framed")]) == 0
+    return {"stereo": base / "deep" / "board", "matcher": base / "core", "framed": base / "framed"}
 
 
 def manifest(folder):
@@ -37,24 +65,34 @@ def header(text, module):
     body = re.search(rf"(?ms)^module {module}\((.*?)\);(.*?)^endmodule", text)
     names = re.findall(r"\w+", body[1])
     found = {name: (direction, int(high or 0) + 1) for direction, high, name
-             in re.findall(r"(?m)^  (input|output) (?:\[(\d+):0\] )?(\w+);$", body[2])}
+             in re.findall(r"(?m)^  (input|output|inout) (?:\[(\d+):0\] )?(\w+);$", body[2])}
     assert sorted(names) == sorted(found)
     return found
 
 
 def test_files(folders):
-    names = {"stereo": {"stereo.v", "stereo.qpf", "stereo.qsf", "stereo.sdc"}, "matcher": {"matcher.v"}}
+    names = {"stereo": {"stereo.v", "stereo.qpf", "stereo.qsf", "stereo.sdc", "README.md"}, "matcher": {"matcher.v"},
+             "framed": {"matcher.v"}}
     for top, folder in folders.items():
         assert {path.name for path in folder.iterdir()} == names[top] | {"manifest.json"}
         assert set(manifest(folder)["files"]) == names[top]
 
 
-@pytest.mark.parametrize("top", ["stereo", "matcher"])
-def test_ports_are_those_of_the_module(folders, top):
-    told = manifest(folders[top])
+@pytest.mark.parametrize("folder, top", [("stereo", "stereo"), ("matcher", "matcher"), ("framed", "matcher")])
+def test_ports_are_those_of_the_module(folders, folder, top):
+    told = manifest(folders[folder])
     ports = {name: (port["direction"], port["width"]) for name, port in told["ports"].items()}
     assert told["top"] == top
-    assert ports == header((folders[top] / f"{top}.v").read_text(), top)
+    assert ports == header((folders[folder] / f"{top}.v").read_text(), top)
+
+
+def test_ways_into_the_core(folders):
+    """A stream, or frame timing signals; the same matcher behind either."""
+    stream, framed = manifest(folders["matcher"]), manifest(folders["framed"])
+    assert {"i__payload", "i__valid", "i__ready"} <= set(stream["ports"])
+    assert {"frame_valid", "line_valid", "pixel_valid", "left", "right", "reset_n"} <= set(framed["ports"])
+    assert framed["payloads"] == {}
+    assert (framed["parameters"], framed["latency_clocks"]) == (stream["parameters"], stream["latency_clocks"])
 
 
 @pytest.mark.parametrize("top, parameters, clocks", [
@@ -82,20 +120,39 @@ def test_manifest_tells_where_the_fields_of_a_payload_are(folders):
     assert payloads["o__payload"]["disparity"][0] == 0
 
 
-def test_a_clock_that_the_board_does_not_have(tmp_path, capsys):
-    """Constrained to what 25 frames/s need, and said so."""
+def test_more_than_the_memory_controllers_clock_allows(tmp_path, capsys):
+    """The frame rate that is left is told."""
     arguments = ["--board", "cyclone3", "--width", "4000", "--height", "4000", "--disparities", "2", "--output", str(tmp_path)]
     assert main(arguments) == 0
-    needed = manifest(tmp_path)["clock_mhz"]
-    assert needed > cyclone3.CLOCK_MHZ
-    assert f"-period {1000 / needed:.3f} " in (tmp_path / "stereo.sdc").read_text()
-    assert f"constrained to {needed} MHz, and needs a PLL" in capsys.readouterr().out
+    told = manifest(tmp_path)
+    assert told["clock_mhz_for_25_frames"] > told["clock_mhz"] == 75
+    rate = 25 * 75 / told["clock_mhz_for_25_frames"]
+    assert f"gives the matcher 75 MHz: {rate:.1f} frames/s." in capsys.readouterr().out
 
 
-def test_manifest_names_the_board(folders):
+def test_manifest_of_the_board(folders):
     board, core = manifest(folders["stereo"]), manifest(folders["matcher"])
-    assert (board["board"], board["device"], board["clock_mhz"]) == ("cyclone3", "EP3C120F780C7", cyclone3.CLOCK_MHZ)
-    assert "board" not in core
+    about = {"board": "cyclone3", "device": "EP3C120F780C7", "display": "1024x768", "clock_mhz": cyclone3.MEMORY_CLOCK_MHZ,
+             "pixel_clock_mhz": 65.0, "camera_clock_mhz": 27.0, "memory_controller": "stereo_ddr2"}
+    assert {name: board[name] for name in about} == about
+    assert not set(about) & set(core)
+
+
+def test_default_display(tmp_path, given, capsys):
+    assert main(["--board", "cyclone3", *SMALL, "--output", str(tmp_path)]) == 0
+    assert given[-1] == DISPLAYS["720x576"]
+    assert manifest(tmp_path)["display"] == "720x576"
+    assert ".clk0_multiply_by(32'd27)" in (tmp_path / "stereo.v").read_text()
+    told = capsys.readouterr().out
+    assert f"What to do in Quartus: {tmp_path / 'README.md'}" in told
+    assert "frames/s." not in told
+
+
+def test_a_project_that_is_not_sound_is_not_written(tmp_path, monkeypatch):
+    monkeypatch.setattr(cyclone3, "CLOCK_BALLS", frozenset())
+    with pytest.raises(RuntimeError, match="not sound: the clock at camera_0__clk__io comes in at Y28"):
+        main([*BOARD, "--output", str(tmp_path / "out")])
+    assert list(tmp_path.iterdir()) == []
 
 
 def test_weights_and_width_reach_the_verilog(folders):
@@ -105,27 +162,9 @@ def test_weights_and_width_reach_the_verilog(folders):
     assert re.search(r"reg \[15:0\] line_memory \[23:0\];", text)
 
 
-def test_quartus_project(folders):
-    folder = folders["stereo"]
-    settings = (folder / "stereo.qsf").read_text()
-    assert 'set_global_assignment -name FAMILY "Cyclone III"\n' in settings
-    assert "set_global_assignment -name DEVICE EP3C120F780C7\n" in settings
-    assert "set_global_assignment -name TOP_LEVEL_ENTITY stereo\n" in settings
-    assert "set_global_assignment -name VERILOG_FILE stereo.v\n" in settings
-    assert "set_global_assignment -name SDC_FILE stereo.sdc\n" in settings
-    assert 'PROJECT_REVISION = "stereo"\n' in (folder / "stereo.qpf").read_text()
-    assert f"create_clock -name clk -period {1000 / cyclone3.CLOCK_MHZ:.3f} [get_ports clk]\n" in (folder / "stereo.sdc").read_text()
-    # Every bit of every port has one place: a ball, or a virtual pin.
-    assigned = re.findall(r"(?m)^set_(?:location_assignment PIN_\w+|instance_assignment -name VIRTUAL_PIN ON) -to (\S+)$", settings)
-    bits = [name if port["width"] == 1 else f"{name}[{bit}]"
-            for name, port in manifest(folder)["ports"].items() for bit in range(port["width"])]
-    assert sorted(assigned) == sorted(bits)
-    assert {"clk", "reset_n"} == set(re.findall(r"(?m)^set_location_assignment PIN_\w+ -to (\w+)$", settings))
-
-
 def test_same_bytes_in_another_process(folders, tmp_path):
     environment = {**os.environ, "PYTHONHASHSEED": "123", "AMARANTH_USE_YOSYS": "builtin"}
-    subprocess.run([sys.executable, "-m", "hdl.build", *BOARD, "--output", tmp_path / "again"], cwd=ROOT,
+    subprocess.run([sys.executable, "-c", WITH_STAND_IN, *BOARD, "--output", tmp_path / "again"], cwd=ROOT,
                    env=environment, check=True, capture_output=True)
     first = {path.name: path.read_bytes() for path in folders["stereo"].iterdir()}
     assert {path.name: path.read_bytes() for path in (tmp_path / "again").iterdir()} == first
@@ -144,6 +183,10 @@ BAD = {
     "unknown board": (["--board", "de2"], "'de2'.*cyclone3"),
     "neither board nor core": ([], "--board.*--core"),
     "board and core": (["--board", "cyclone3", "--core"], "not allowed"),
+    "unknown display": (["--board", "cyclone3", "--display", "800x600"], "'800x600'.*720x576, 1024x768$"),
+    "display in capitals": (["--board", "cyclone3", "--display", "720X576"], "'720X576'"),
+    "display of the core": (["--core", "--display", "720x576"], "--display.*--core has none; choose --board"),
+    "frame timing on the board": (["--board", "cyclone3", "--frame-timing"], "--frame-timing.*--board has cameras; choose --core"),
     "too few disparities": (["--core", "--disparities", "1"], "disparities.*from 2 to.*not 1;"),
     "too many disparities": (["--core", "--disparities", "257"], "disparities.*from 2 to 256.*not 257;"),
     "too many for the sequential engine": (["--core", "--engine", "sequential", "--disparities", "129"], "disparities.*to 128.*129;"),
@@ -173,8 +216,9 @@ def test_bad_input(case, tmp_path, capsys):
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.parametrize("what", [["--core"], ["--board", "cyclone3"]], ids=lambda what: what[0])
 @pytest.mark.parametrize("place", ["file", "file/below", "not/writable"])
-def test_bad_output(place, tmp_path, capsys):
+def test_bad_output(place, what, tmp_path, capsys):
     (tmp_path / "file").write_text("mine")
     if place == "not/writable":
         folder = Path("/proc/version_of_nothing")  # not even root makes folders there
@@ -182,7 +226,7 @@ def test_bad_output(place, tmp_path, capsys):
             pytest.skip("no /proc on this machine")
     else:
         folder = tmp_path / place
-    assert main(["--core", *SMALL, "--output", str(folder)]) == 2
+    assert main([*what, *SMALL, "--output", str(folder)]) == 2
     out, err = capsys.readouterr()
     assert re.match(r"hdl\.build: .*choose another --output\n$", err), err
     assert out == ""

@@ -4,7 +4,7 @@ from amaranth.sim import Simulator
 from golden.config import Arithmetic, MatcherConfig
 from golden.labelling import match
 from golden.scenes import scene
-from hdl.system import MatcherSystem
+from hdl.framed import FramedMatcher
 from sim.cases import between_frames, camera, disparity_words, noise, pixel_words
 
 
@@ -52,7 +52,7 @@ def test_frames():
     assert expected[0] != expected[1]
     frame = show(left, right)
     weights = {"u1": 63, "u2": 2, "u3": 30, "in_use": 5}
-    words, status = run_system(MatcherSystem(CONFIG), [
+    words, status = run_system(FramedMatcher(CONFIG), [
         *RESET, *frame, {**weights, "set_parameters": 1}, {"u1": 1, "set_parameters": 0}, *frame,
         *frame[:40], *RESET, {"frame_valid": 0}, {}, *frame])
     assert words == [*expected[0], *expected[1], *expected[0]]
@@ -66,7 +66,7 @@ def test_error_and_clear():
     lost = [n for n, step in enumerate(frame) if step["line_valid"] and step["pixel_valid"] and step["frame_valid"]][7]
     ragged = [{**step, "pixel_valid": 0} if n == lost else step for n, step in enumerate(frame)]
     steps = [*RESET, *ragged, *frame, {"clear": 1}, {"clear": 0}, *frame]
-    words, status = run_system(MatcherSystem(CONFIG), steps)
+    words, status = run_system(FramedMatcher(CONFIG), steps)
     assert words[-15:] == words[-30:-15]
     errors = [error for error, _ in status]
     first, last = errors.index(1), len(errors) - 1 - errors[::-1].index(1)
@@ -76,7 +76,7 @@ def test_error_and_clear():
 
 def test_dropped():
     """Nobody takes a word: the second frame finds the first one's pixels still waiting."""
-    dut = MatcherSystem(CONFIG)
+    dut = FramedMatcher(CONFIG)
     assert dut.dropped.shape() == dut.timing.dropped.shape()
     frame = show(*noise(16, 8, 1))
     words, status = run_system(dut, [*RESET, {"disparity_ready": 0}, *frame, *frame, {"disparity_ready": 1}])
@@ -86,7 +86,7 @@ def test_dropped():
 
 def test_reset_holds():
     """While the button is pressed nothing comes."""
-    dut = MatcherSystem(CONFIG)
+    dut = FramedMatcher(CONFIG)
     frame = show(*noise(5, 3, 1))
     words, _ = run_system(dut, [*RESET, {"reset_n": 0}, *frame])
     assert words == []

@@ -1,4 +1,4 @@
-"""What goes on a board: until the camera system stands, the matcher behind frame timing signals."""
+"""The matcher behind frame timing signals: for a camera without a stream, and a design that is not this project's board."""
 
 from amaranth import *
 from amaranth.lib import wiring
@@ -11,11 +11,11 @@ from .matcher import Matcher
 from .timing import FrameTiming
 
 
-__all__ = ["MatcherSystem"]
+__all__ = ["FramedMatcher"]
 
 
-class MatcherSystem(wiring.Component):
-    """The matcher between frame timing signals and a stream of disparities, with a board's clock and reset button.
+class FramedMatcher(wiring.Component):
+    """The matcher between frame timing signals and a stream of disparities, with a clock and a reset button of their own.
 
     Golden: :func:`golden.labelling.match`.
 

@@ -1,0 +1,123 @@
+"""Checks of an emitted Quartus project: pins, I/O standards, clocks, files. Reads the texts alone, as Quartus does."""
+
+import fnmatch
+import re
+from collections import Counter
+from collections.abc import Collection, Mapping
+
+from .verilog import clock_sources, modules
+
+
+__all__ = ["check_project"]
+
+
+_LOCATION = re.compile(r"(?m)^set_location_assignment PIN_(\w+) -to (\S+)$")
+_STANDARD = re.compile(r'(?m)^set_instance_assignment -name IO_STANDARD "([^"]+)" -to (\S+)$')
+_INSTANCE = re.compile(r"(?m)^set_instance_assignment .*-to (\S+)$")
+_FROM = re.compile(r"(?m)^set_instance_assignment .*-from (\S+) -to ")
+_GLOBAL = re.compile(r"(?m)^set_global_assignment -name (\w+) (.+)$")
+_PATTERNS = re.compile(r"\[get_ports \{([^}]+)\}\]")
+_CLOCK = re.compile(r"(?m)^create_clock .*-period ([\d.]+) \[get_ports \{(\S+)\}\]$")
+
+#: What an I/O standard needs as supply of its bank, in volts.
+_STANDARD_VOLTS = {"2.5 V": 2.5, "1.8 V": 1.8, "SSTL-18 CLASS I": 1.8}
+
+
+def _bits(ports: Mapping[str, tuple[str, int]]) -> list[str]:
+    """All bits of all ports, as Quartus names them."""
+    return [port if width == 1 else f"{port}[{bit}]" for port, (_, width) in ports.items() for bit in range(width)]
+
+
+def _check_pins(bits: Collection[str], settings: str, balls: Mapping[str, int], bank_volts: Mapping[int, float]) -> list[str]:
+    problems = []
+    places = [(bit, ball) for ball, bit in _LOCATION.findall(settings)]
+    standards = [(bit, standard) for standard, bit in _STANDARD.findall(settings)]
+    for what, assignments in (("pin", places), ("I/O standard", standards)):
+        times = Counter(bit for bit, _ in assignments)
+        problems += [f"{bit} has no {what}" for bit in bits if not times[bit]]
+        problems += [f"{bit} has {times[bit]} {what}s" for bit in bits if times[bit] > 1]
+    named = {*_INSTANCE.findall(settings), *_FROM.findall(settings), *(bit for bit, _ in places)}
+    problems += [f"{name} has an assignment but is no port" for name in sorted(named - set(bits))]
+
+    users: dict[str, list[str]] = {}
+    for bit, ball in places:
+        users.setdefault(ball, []).append(bit)
+    problems += [f"pin {ball} is used by {' and '.join(names)}" for ball, names in users.items() if len(names) > 1]
+    problems += [f"pin {ball} of {names[0]} is none that is known of this board" for ball, names in users.items() if ball not in balls]
+    of_bit = dict(places)
+    for bit, standard in standards:
+        bank = balls.get(of_bit.get(bit, ""))
+        if standard not in _STANDARD_VOLTS:
+            problems.append(f"{bit} has the I/O standard {standard!r}, which is not one of {', '.join(_STANDARD_VOLTS)}")
+        elif bank is not None and _STANDARD_VOLTS[standard] != bank_volts[bank]:
+            problems.append(f"{bit} has the I/O standard {standard!r}, but its pin {of_bit[bit]} is in bank {bank}, which is supplied with "
+                            f"{bank_volts[bank]} V")
+    return problems
+
+
+def _check_clocks(sources: Collection[str], settings: str, constraints: str, clock_balls: Collection[str]) -> list[str]:
+    problems = []
+    clocks = [port for _, port in _CLOCK.findall(constraints)]
+    of_bit = {bit: ball for ball, bit in _LOCATION.findall(settings)}
+    for source in sorted(sources):
+        if source.startswith("? "):
+            problems.append(f"the clock {source[2:]} comes neither from a pin nor from a PLL")
+        elif "." in source:
+            if "derive_pll_clocks" not in constraints.split():
+                problems.append(f"the clock {source} is not constrained: derive_pll_clocks is missing")
+        elif source not in clocks:
+            problems.append(f"the clock at {source} is not constrained")
+        elif of_bit.get(source) not in clock_balls:
+            problems.append(f"the clock at {source} comes in at {of_bit.get(source)}, which does not reach the clock network")
+    problems += [f"a clock is created at {port}, which clocks nothing" for port in clocks if port not in sources]
+    return problems + [f"{port} has {times} clocks" for port, times in Counter(clocks).items() if times > 1]
+
+
+def check_project(name: str, files: Mapping[str, str], *, balls: Mapping[str, int], bank_volts: Mapping[int, float],
+                  clock_balls: Collection[str]) -> list[str]:
+    """What is wrong with a Quartus project.
+
+    - Every bit of every port has one pin and one I/O standard, and nothing else has an assignment.
+    - No pin is used twice; each is known, and the supply of its bank suits the standard.
+    - Every clock comes from a pin that reaches the clock network and has a ``create_clock``, or from a PLL, with ``derive_pll_clocks``.
+    - Ports that the constraints name exist; so do the files that the settings name, but for the ``.qip``, which the user generates.
+
+    Parameters
+    ----------
+    name : str
+        Of project and top-level module.
+    files : mapping
+        File name to text: ``name.v``, ``name.qsf``, ``name.sdc`` and the others.
+    balls : mapping
+        Known balls of the device, to their I/O bank.
+    bank_volts : mapping
+        I/O bank to its supply.
+    clock_balls : collection of str
+        Balls that reach the clock network.
+
+    Returns
+    -------
+    list of str
+        A sentence for each problem; empty if there is none.
+    """
+    settings, constraints = files[f"{name}.qsf"], files[f"{name}.sdc"]
+    found = modules(files[f"{name}.v"])
+    if name not in found:
+        return [f"{name}.v has no module {name}"]
+    ports = found[name].ports
+    problems = _check_pins(_bits(ports), settings, balls, bank_volts)
+    problems += _check_clocks(clock_sources(found, name), settings, constraints, clock_balls)
+
+    bits = {*ports, *_bits(ports)}
+    for pattern in dict.fromkeys(" ".join(_PATTERNS.findall(constraints)).split()):
+        # Brackets mean themselves; only the asterisk stands for something.
+        if not fnmatch.filter(bits, pattern.replace("[", "[[]")):
+            problems.append(f"{name}.sdc constrains {pattern}, which is no port")
+    assigned = _GLOBAL.findall(settings)
+    named = {key: value for key, value in assigned}
+    problems += [f"{name}.qsf names the file {value}, which is not there" for key, value in assigned
+                 if key in ("VERILOG_FILE", "SDC_FILE") and value not in files]
+    problems += [f"{name}.qsf has no {key}" for key in ("DEVICE", "TOP_LEVEL_ENTITY", "VERILOG_FILE", "SDC_FILE") if key not in named]
+    if named.get("TOP_LEVEL_ENTITY", name) != name:
+        problems.append(f"the top-level module is {name}, but {name}.qsf has {named['TOP_LEVEL_ENTITY']}")
+    return problems

@@ -1,0 +1,130 @@
+"""Project files for Quartus II 9.1 to 13.1 around :class:`hdl.top.BoardTop`, through Amaranth's templates."""
+
+from importlib import resources
+from typing import ClassVar
+
+from boards.cyclone3 import MEMORY_CLOCK_MHZ, Cyclone3Platform
+from golden.config import MatcherConfig
+from golden.formats import DisplayFormat
+
+from .emit import verilog_of_rtlil
+from .top import BoardTop, pll_ratio
+
+
+__all__ = ["MEMORY_CONTROLLER", "StereoPlatform", "quartus_project"]
+
+
+#: Variation of Altera's DDR2 controller that the user has generated: module, file names.
+MEMORY_CONTROLLER = "stereo_ddr2"
+
+_SETTINGS = """
+    {{get_override("add_settings")}}
+    set_global_assignment -name DEVICE {{platform.device}}{{platform.package}}{{platform.speed}}{{platform.suffix}}
+    set_global_assignment -name TOP_LEVEL_ENTITY {{name}}
+    set_global_assignment -name VERILOG_FILE {{name}}.v
+    set_global_assignment -name VERILOG_INPUT_VERSION VERILOG_2001
+    set_global_assignment -name USE_TIMEQUEST_TIMING_ANALYZER ON
+    # The clocks of the pins come first: the memory controller's own constraints build on them.
+    set_global_assignment -name SDC_FILE {{name}}.sdc
+    set_global_assignment -name QIP_FILE {{platform.MEMORY_CONTROLLER}}.qip
+    set_global_assignment -name PROJECT_OUTPUT_DIRECTORY output_files
+
+    {% for port, ball, attributes in platform.iter_port_constraints_bits() %}
+    set_location_assignment PIN_{{ball}} -to {{port}}
+    {% for key, value in attributes.items() %}
+    set_instance_assignment -name {{key|upper}} "{{value}}" -to {{port}}
+    {% endfor %}
+    {% endfor %}
+
+    # The two lines of the memory's clock are one differential pair.
+    set_instance_assignment -name CKN_CK_PAIR ON -from ddr2_0__clk_n__io -to ddr2_0__clk__io
+"""
+
+_CONSTRAINTS = """
+    # Clocks that come from outside.
+    {% for port, frequency in platform.iter_port_clock_constraints() %}
+    create_clock -name {{port.name}} -period {{"%.3f"|format(1e9 / frequency)}} [get_ports {{'{'}}{{port.name}}{{'}'}}]
+    {% endfor %}
+
+    # Clocks of the display's PLL and of the one inside the memory controller.
+    derive_pll_clocks
+    derive_clock_uncertainty
+
+    # The four domains are asynchronous: what goes from one to another goes through asynchronous FIFOs and synchronisers. The oscillator
+    # itself clocks nothing but the PLLs and what the memory controller starts up with: its constraints know of that.
+    set_clock_groups -asynchronous \\
+        -group [get_clocks {ddr2|*}] \\
+        -group [get_clocks {display_pll|* dvi_clock}] \\
+        -group [get_clocks {camera_0__clk__io}] \\
+        -group [get_clocks {camera_1__clk__io}]
+
+    # DVI: the transmitter TFP410 latches at the rising edge of its clock, which is the inverted pixel clock. It wants 1.2 ns of set-up and
+    # 1.3 ns of hold; half a pixel is {{"%.1f"|format(5e8 / platform.display.pixel_clock_hz)}} ns.
+    create_generated_clock -name dvi_clock -source [get_pins {display_pll|auto_generated|pll1|clk[0]}] -invert [get_ports {dvi_0__clk__io}]
+    set dvi_ports [get_ports {dvi_0__red__io[*] dvi_0__green__io[*] dvi_0__blue__io[*] dvi_0__de__io dvi_0__hsync__io dvi_0__vsync__io}]
+    set_output_delay -clock dvi_clock -max 1.2 $dvi_ports
+    set_output_delay -clock dvi_clock -min -1.3 $dvi_ports
+
+    # Cameras: BT.656 has the bytes change around the falling edge of their clock. 10 ns is what a sister of the decoder needs at most.
+    {% for number in (0, 1) %}
+    set_input_delay -clock camera_{{number}}__clk__io -clock_fall -max 10.0 [get_ports {camera_{{number}}__data__io[*]}]
+    set_input_delay -clock camera_{{number}}__clk__io -clock_fall -min 0.0 [get_ports {camera_{{number}}__data__io[*]}]
+    {% endfor %}
+
+    # Levels that change slowly or never, and lines without a clock.
+    set_false_path -from [get_ports {rst_0__io button_*__io switch_*__io uart_0__rx__io decoder_0__s*__io dvi_0__s*__io}]
+    set_false_path -to [get_ports {led_*__io uart_0__tx__io decoder_0__*__io dvi_0__s*__io}]
+    set_false_path -to [get_ports {dvi_0__clk_n__io dvi_0__isel__io dvi_0__power_up__io dvi_0__dken__io dvi_0__ctl__io[*]}]
+"""
+
+
+class StereoPlatform(Cyclone3Platform):
+    """The board with the files of this project: RTLIL for :mod:`hdl.emit`, settings, constraints, and what to do with them.
+
+    Parameters
+    ----------
+    display : DisplayFormat
+    config : MatcherConfig
+    """
+    MEMORY_CONTROLLER = MEMORY_CONTROLLER
+    MEMORY_CLOCK_MHZ = MEMORY_CLOCK_MHZ
+
+    quartus_file_templates: ClassVar = {
+        "{{name}}.il": "{{emit_rtlil()}}",
+        "{{name}}.qsf": _SETTINGS,
+        "{{name}}.sdc": _CONSTRAINTS,
+        "README.md": resources.files(__package__).joinpath("quartus_readme.md").read_text(encoding="utf-8"),
+    }
+    quartus_command_templates = ()   # Quartus is run by hand: the memory controller must be generated first
+
+    def __init__(self, display: DisplayFormat, config: MatcherConfig):
+        super().__init__()
+        self.display = display
+        self.config = config
+
+    @property
+    def display_ratio(self):
+        return pll_ratio(self.display.pixel_clock_hz)
+
+
+def quartus_project(name: str, core, display: DisplayFormat, config: MatcherConfig) -> dict[str, str]:
+    """Verilog, project, settings, constraints and README of the board with ``core`` on it.
+
+    Parameters
+    ----------
+    name : str
+        Of project and top-level module.
+    core : wiring.Component
+        With the ports :class:`hdl.video.ports.SystemPorts`.
+    display, config
+        What the core was made for.
+
+    Returns
+    -------
+    dict
+        File name to text.
+    """
+    plan = StereoPlatform(display, config).prepare(BoardTop(core, display), name, emit_src=False)
+    files = {file_name: text.rstrip("\n") + "\n" for file_name, text in plan.files.items()}
+    files[f"{name}.v"] = verilog_of_rtlil(files.pop(f"{name}.il"))
+    return files

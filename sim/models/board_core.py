@@ -1,0 +1,66 @@
+"""Stand-in for the video system: registers between the ports that :class:`hdl.video.ports.SystemPorts` names, to trace each."""
+
+from functools import cache
+
+from amaranth import *
+from amaranth.lib import wiring
+from amaranth.lib.fifo import AsyncFIFOBuffered
+
+from golden.config import MatcherConfig
+from golden.formats import DISPLAYS
+from hdl.matcher import Matcher
+from hdl.quartus import quartus_project
+from hdl.video.ports import SystemPorts
+
+
+__all__ = ["BoardCore", "board_project"]
+
+
+class BoardCore(wiring.Component):
+    """What goes in comes out where a bench sees it.
+
+    - left camera -> FIFO -> ``sync`` -> write data and address of the memory bus; right camera -> FIFO -> the other half of the data;
+    - read data ``[23:0]`` -> FIFO -> red, green, blue in ``display``; ``[26:24]`` -> de, hsync, vsync;
+    - each I2C line is pulled low while a button is pressed: 0, 1 the decoder's SCL, SDA; 2, 3 the transmitter's;
+    - LEDs 0..3 are the levels of those lines, 4 is ``uart_rx``, 5 is ``rdata_valid``, 6 ``ready``, 7 ``init_done``;
+    - ``uart_tx`` is ``uart_rx``; the decoder's reset ends 1 cycle after that of ``sync``, its power-down 2 cycles after.
+    """
+    def __init__(self, config: MatcherConfig):
+        self.matcher = Matcher(config)
+        super().__init__(SystemPorts())
+
+    def elaborate(self, platform):
+        m = Module()
+        m.submodules.matcher = self.matcher
+        memory = self.memory
+        for number, (domain, data) in enumerate((("left_camera", self.left_data), ("right_camera", self.right_data))):
+            m.submodules[f"{domain}_fifo"] = fifo = AsyncFIFOBuffered(width=8, depth=8, r_domain="sync", w_domain=domain)
+            m.d.comb += [fifo.w_data.eq(data), fifo.w_en.eq(1), fifo.r_en.eq(1)]
+            with m.If(fifo.r_rdy):
+                m.d.sync += memory.wdata[64 * number:64 * number + 8].eq(fifo.r_data)
+                if number == 0:
+                    m.d.sync += memory.address.eq(fifo.r_data)
+        m.d.comb += [memory.write_req.eq(self.buttons[0]), memory.read_req.eq(self.buttons[1]), memory.burstbegin.eq(self.buttons[2]),
+                     memory.be.eq(Mux(self.buttons[3], 0xA5F0, 0)), memory.size.eq(1)]
+
+        m.submodules.display_fifo = fifo = AsyncFIFOBuffered(width=27, depth=8, r_domain="display", w_domain="sync")
+        m.d.comb += [fifo.w_data.eq(memory.rdata), fifo.w_en.eq(memory.rdata_valid), fifo.r_en.eq(1)]
+        with m.If(fifo.r_rdy):
+            m.d.display += Cat(self.red, self.green, self.blue, self.de, self.hsync, self.vsync).eq(fifo.r_data)
+
+        pulls = Cat(self.decoder_scl_low, self.decoder_sda_low, self.dvi_scl_low, self.dvi_sda_low)
+        lines = Cat(self.decoder_scl, self.decoder_sda, self.dvi_scl, self.dvi_sda)
+        m.d.sync += [
+            pulls.eq(self.buttons),
+            self.leds.eq(Cat(lines, self.uart_rx, memory.rdata_valid, memory.ready, memory.init_done)),
+            self.uart_tx.eq(self.uart_rx),
+            self.decoder_reset_n.eq(1), self.decoder_powerdown_n.eq(self.decoder_reset_n),
+        ]
+        return m
+
+
+@cache
+def board_project(display):
+    """Files of the board's project, by name, with the stand-in on it; ``display`` by its name."""
+    config = MatcherConfig(disparities=4, max_width=8)
+    return quartus_project("stereo", BoardCore(config), DISPLAYS[display], config)

@@ -1,0 +1,38 @@
+"""The board's top level as emitted Verilog, with stand-ins for Altera's blocks and for the video system; see ``board_tb.py``."""
+
+import pytest
+
+from sim.models.board_core import board_project
+from sim.simulators import ROOT, SIMULATORS, STUBS, SimulationError, build, lint, run
+
+
+TESTS = 8
+
+
+@pytest.fixture(scope="module")
+def verilog(tmp_path_factory):
+    path = tmp_path_factory.mktemp("board") / "stereo.v"
+    path.write_text(board_project("1024x768")["stereo.v"])
+    return path
+
+
+def test_pins(verilog, tmp_path):
+    """On Icarus: Verilator knows no pull-up that several drivers share."""
+    build("icarus", [verilog, ROOT / "sim" / "board.v", *STUBS], "board", tmp_path)
+    assert run("icarus", "board", tmp_path, "sim.board_tb") == TESTS
+
+
+@pytest.mark.parametrize("simulator", SIMULATORS)
+def test_lint(simulator, verilog):
+    lint(simulator, [verilog, *STUBS], "stereo")
+
+
+@pytest.mark.parametrize("simulator", SIMULATORS)
+@pytest.mark.parametrize("fault", [("[7:0] blue;", "[6:0] blue;"), ("altpll #(", "altpllx #("), (".pll_ref_clk(", ".pll_ref(")])
+def test_lint_complains(simulator, fault, verilog, tmp_path):
+    text = verilog.read_text()
+    assert fault[0] in text
+    wrong = tmp_path / "stereo.v"
+    wrong.write_text(text.replace(*fault))
+    with pytest.raises(SimulationError, match=f"{simulator} does not take stereo"):
+        lint(simulator, [wrong, *STUBS], "stereo")

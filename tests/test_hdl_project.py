@@ -1,0 +1,76 @@
+import re
+
+import pytest
+
+from boards.cyclone3 import BALLS, BANK_VOLTS, CLOCK_BALLS
+from golden.formats import DISPLAYS
+from hdl.project import check_project
+from sim.models.board_core import board_project
+
+
+def check(files):
+    return check_project("stereo", files, balls=BALLS, bank_volts=BANK_VOLTS, clock_balls=CLOCK_BALLS)
+
+
+@pytest.mark.parametrize("display", DISPLAYS)
+def test_sound(display):
+    assert check(board_project(display)) == []
+
+
+# What is changed: file, pattern, replacement; and all that is said of it.
+VIOLATIONS = {
+    "bit without a pin": ("qsf", r"set_location_assignment PIN_\w+ -to dvi_0__red__io\[3\]\n", "", [r"dvi_0__red__io\[3\] has no pin"]),
+    "bit without a standard": ("qsf", r'set_instance_assignment -name IO_STANDARD "2.5 V" -to camera_1__data__io\[0\]\n', "",
+                               [r"camera_1__data__io\[0\] has no I/O standard"]),
+    "two pins": ("qsf", r"(set_location_assignment PIN_)AE23( -to uart_0__tx__io\n)", r"\g<0>\g<1>AC14\2",
+                 ["uart_0__tx__io has 2 pins", "pin AC14 is used by uart_0__tx__io and switch_0__io|"
+                  "pin AC14 is used by switch_0__io and uart_0__tx__io"]),
+    "two standards": ("qsf", r'set_instance_assignment -name IO_STANDARD "1.8 V" -to led_3__io\n', r"\g<0>\g<0>",
+                      ["led_3__io has 2 I/O standards"]),
+    "pin used twice": ("qsf", r"PIN_AE15 -to led_4__io", "PIN_AD15 -to led_4__io", ["pin AD15 is used by led_0__io and led_4__io"]),
+    "no such pin": ("qsf", r"PIN_AE15 -to led_4__io", "PIN_AZ99 -to led_4__io", ["pin AZ99 of led_4__io is none that is known"]),
+    "assignment to no port": ("qsf", r"\Z", "set_location_assignment PIN_AD18 -to switch_1__io\n",
+                              ["switch_1__io has an assignment but is no port"]),
+    "bit that is none": ("qsf", r"\Z", 'set_instance_assignment -name FAST_OUTPUT_REGISTER ON -to dvi_0__red__io[8]\n',
+                         [r"dvi_0__red__io\[8\] has an assignment but is no port"]),
+    "pair with no port": ("qsf", r"-from ddr2_0__clk_n__io", "-from ddr2_0__ck_n__io", ["ddr2_0__ck_n__io has an assignment but is no"]),
+    "standard of another supply": ("qsf", r'"2.5 V" -to dvi_0__de__io', '"1.8 V" -to dvi_0__de__io',
+                                   ["dvi_0__de__io .*'1.8 V', but its pin K3 is in bank 1, which is supplied with 2.5 V"]),
+    "standard that is none": ("qsf", r'"2.5 V" -to dvi_0__de__io', '"LVDS" -to dvi_0__de__io', ["dvi_0__de__io .*'LVDS', which is not"]),
+    "clock without constraint": ("sdc", r"create_clock -name camera_1.*\n", "", ["the clock at camera_1__clk__io is not constrained"]),
+    "oscillator without constraint": ("sdc", r"create_clock -name clk50.*\n", "", ["the clock at clk50_0__io is not constrained"]),
+    "clock twice": ("sdc", r"create_clock -name camera_1.*\n", r"\g<0>\g<0>", ["camera_1__clk__io has 2 clocks"]),
+    "clock that clocks nothing": ("sdc", r"\A", "create_clock -name u -period 9 [get_ports {uart_0__rx__io}]\n",
+                                  ["a clock is created at uart_0__rx__io, which clocks nothing"]),
+    "clocks of the PLLs": ("sdc", r"derive_pll_clocks\n", "# derive_pll_clocks_no\n",
+                           ["the clock altpll.clk is not constrained: derive_pll_clocks", "the clock stereo_ddr2.phy_clk is not"]),
+    "clock off the clock network": ("qsf", r"(PIN_)(Y28)( -to camera_0__clk__io\n[^\0]*?PIN_)(AC28)( -to camera_0__data__io\[0\])",
+                                    r"\1\4\3\2\5", ["the clock at camera_0__clk__io comes in at AC28, which does not reach"]),
+    "gated clock": ("v", r"(stereo_ddr2 ddr2 \((?:[^;])*?\.pll_ref_clk\()(\w+)(\))", r"\1gated\3",
+                    ["the clock gated comes neither from a pin nor from a PLL"]),
+    "constraint on no port": ("sdc", r"\[get_ports \{dvi_0__red__io\[\*\] ", "[get_ports {dvi_0__reds__io[*] ",
+                              [r"stereo.sdc constrains dvi_0__reds__io\[\*\], which is no port"]),
+    "module": ("v", r"\Amodule stereo\(", "module mono(", ["stereo.v has no module stereo"]),
+    "top level": ("qsf", "TOP_LEVEL_ENTITY stereo", "TOP_LEVEL_ENTITY mono", ["top-level module is stereo, but stereo.qsf has mono"]),
+    "source": ("qsf", "VERILOG_FILE stereo.v", "VERILOG_FILE mono.v", ["stereo.qsf names the file mono.v, which is not there"]),
+    "constraints": ("qsf", ".*SDC_FILE.*\n", "", ["stereo.qsf has no SDC_FILE"]),
+    "device": ("qsf", ".*DEVICE EP3.*\n", "", ["stereo.qsf has no DEVICE"]),
+}
+
+
+@pytest.mark.parametrize("case", VIOLATIONS)
+def test_violation(case):
+    suffix, pattern, replacement, told = VIOLATIONS[case]
+    files = board_project("720x576")
+    text, times = re.subn(pattern, replacement, files[f"stereo.{suffix}"], count=1)
+    assert times == 1
+    problems = check({**files, f"stereo.{suffix}": text})
+    assert len(problems) == len(told), problems
+    for expected in told:
+        assert any(re.search(expected, problem) for problem in problems), (expected, problems)
+
+
+def test_port_that_nobody_expected():
+    files = board_project("720x576")
+    text = files["stereo.v"].replace("  input rst_0__io;\n", "  input rst_0__io;\n  output [1:0] spare;\n", 1)
+    assert check({**files, "stereo.v": text}) == [f"spare[{bit}] has no {what}" for what in ("pin", "I/O standard") for bit in (0, 1)]

@@ -1,0 +1,109 @@
+import re
+
+import pytest
+
+from boards.cyclone3 import Cyclone3Platform
+from golden.formats import DISPLAYS
+from hdl.verilog import modules
+from sim.models.board_core import board_project
+
+
+@pytest.fixture(params=DISPLAYS)
+def display(request):
+    return request.param
+
+
+@pytest.fixture
+def files(display):
+    return board_project(display)
+
+
+def of_port(settings, name):
+    """Values of an instance assignment by port."""
+    return {port: value.strip('"') for value, port in
+            re.findall(rf'(?m)^set_instance_assignment -name {name} ("[^"]+"|\w+) -to (\S+)$', settings)}
+
+
+def test_files(files):
+    assert set(files) == {"stereo.v", "stereo.qpf", "stereo.qsf", "stereo.sdc", "README.md"}
+    for text in files.values():
+        assert text.endswith("\n") and not text.endswith("\n\n")
+        assert not re.search(r"Amaranth|\{\{|\{%|placeholder", text)
+    assert not re.search(r"\(\*|\.py", files["stereo.v"])
+
+
+def test_settings(files):
+    lines = files["stereo.qsf"].splitlines()
+    assert set(Cyclone3Platform.SETTINGS) <= set(lines)
+    for line in ("set_global_assignment -name DEVICE EP3C120F780C7", "set_global_assignment -name TOP_LEVEL_ENTITY stereo",
+                 "set_global_assignment -name VERILOG_FILE stereo.v", "set_global_assignment -name QIP_FILE stereo_ddr2.qip"):
+        assert lines.count(line) == 1
+    # The controller's own constraints need the clocks of the pins.
+    order = [line.split()[3] for line in lines if "_FILE " in line]
+    assert order == ["stereo.v", "stereo.sdc", "stereo_ddr2.qip"]
+
+
+def test_registers_in_the_pins(files):
+    """What would be an attribute of Amaranth's is a setting here: the emitted text has no attributes."""
+    settings = files["stereo.qsf"]
+    assert set(of_port(settings, "FAST_INPUT_REGISTER")) == {f"camera_{n}__data__io[{bit}]" for n in (0, 1) for bit in range(8)}
+    assert set(of_port(settings, "FAST_OUTPUT_REGISTER")) == {
+        *(f"dvi_0__{colour}__io[{bit}]" for colour in ("red", "green", "blue") for bit in range(8)),
+        "dvi_0__de__io", "dvi_0__hsync__io", "dvi_0__vsync__io"}
+    assert set(of_port(settings, "WEAK_PULL_UP_RESISTOR")) == {f"{bus}_0__{line}__io" for bus in ("decoder", "dvi") for line in ("scl", "sda")}
+
+
+def test_memory_pins(files):
+    """As Altera's generated script for this controller on this board has them."""
+    settings = files["stereo.qsf"]
+    strength, group = of_port(settings, "CURRENT_STRENGTH_NEW"), of_port(settings, "OUTPUT_ENABLE_GROUP")
+    names = {port: re.match(r"ddr2_0__(\w+)__io", port)[1] for port in strength}
+    assert {names[port] for port, value in strength.items() if value == "MAXIMUM CURRENT"} == {
+        "odt", "cs_n", "cke", "addr", "ba", "ras_n", "cas_n", "we_n"}
+    assert {names[port] for port, value in strength.items() if value == "12MA"} == {"clk", "clk_n", "dq", "dqs", "dm"}
+    assert set(group) == {f"ddr2_0__{name}__io[{bit}]" for name, width in (("dq", 32), ("dqs", 4), ("dm", 4)) for bit in range(width)}
+    assert len(set(group.values())) == 1
+    assert of_port(settings, "PAD_TO_CORE_DELAY") == {"ddr2_0__clk__io": "0"}
+    assert "set_instance_assignment -name CKN_CK_PAIR ON -from ddr2_0__clk_n__io -to ddr2_0__clk__io\n" in settings
+
+
+def test_clocks(files):
+    constraints = files["stereo.sdc"]
+    clocks = dict(re.findall(r"(?m)^create_clock -name (\S+) -period (\S+) ", constraints))
+    assert clocks == {"clk50_0__io": "20.000", "camera_0__clk__io": "37.037", "camera_1__clk__io": "37.037"}
+    # Clocks first, then what is made of them, then what names those.
+    commands = [line.split()[0] for line in constraints.splitlines() if line and line[0] not in "# "]
+    assert [command for command in dict.fromkeys(commands)][:3] == ["create_clock", "derive_pll_clocks", "derive_clock_uncertainty"]
+    groups = re.findall(r"-group \[get_clocks \{([^}]+)\}\]", constraints)
+    assert groups == ["ddr2|*", "display_pll|* dvi_clock", "camera_0__clk__io", "camera_1__clk__io"]
+
+
+def test_names_of_the_blocks_that_constraints_name(files):
+    """The PLL and the memory controller are at the top, with these names."""
+    kinds = {child.name: child.kind for child in modules(files["stereo.v"])["stereo"].instances}
+    assert (kinds["display_pll"], kinds["ddr2"]) == ("altpll", "stereo_ddr2")
+
+
+def test_every_port_is_constrained(files):
+    """By a delay, as a false path, as a clock, or by the memory controller's own constraints."""
+    named = re.findall(r"\[get_ports \{([^}]+)\}\]", files["stereo.sdc"])
+    patterns = [re.escape(pattern).replace(r"\*", ".*") for pattern in " ".join(named).split()]
+    for port, (_, width) in modules(files["stereo.v"])["stereo"].ports.items():
+        bits = [port] if width == 1 else [f"{port}[{bit}]" for bit in range(width)]
+        for bit in bits:
+            assert port.startswith("ddr2_") or any(re.fullmatch(pattern, bit) for pattern in patterns), bit
+
+
+def test_readme(files, display):
+    """Names what is there, with the numbers of this build."""
+    text = files["README.md"]
+    shown = DISPLAYS[display]
+    assert f"{shown.width}x{shown.height} at {round(shown.frames_per_second)} Hz" in text
+    assert f"{shown.pixel_clock_hz / 1e6} MHz at `display_pll` (50 MHz x {'27 / 50' if display == '720x576' else '13 / 10'})" in text
+    assert "| memory clock | 150 MHz |" in re.sub(r"(?m)^\| \| ", "| ", text)
+    assert "4 disparities, sequential engine, thesis arithmetic" in text
+    for name in re.findall(r"`(stereo\.\w+)`", text):
+        assert name in files
+    ddr2, = (child for child in modules(files["stereo.v"])["stereo"].instances if child.name == "ddr2")
+    listed = text[text.index("The module must have"):text.index("Of the scripts")]
+    assert set(ddr2.connections) == set(re.findall(r"\b(?:local|mem|aux|pll|global|soft|phy|reset)_\w+", listed))

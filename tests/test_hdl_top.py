@@ -1,0 +1,115 @@
+# amaranth: UnusedElaboratable=no
+import re
+from fractions import Fraction
+
+import pytest
+from amaranth.lib import wiring
+from amaranth.lib.wiring import In, Out
+
+from boards.cyclone3 import MEMORY_CLOCK_MHZ
+from golden.formats import DISPLAYS
+from hdl.top import BoardTop, pll_ratio
+from hdl.verilog import modules
+from hdl.video.ports import DOMAINS, SystemPorts
+from hdl.video.words import LocalBus
+from sim.models.board_core import board_project
+from sim.simulators import STUBS
+
+
+def top(display="720x576"):
+    return modules(board_project(display)["stereo.v"])["stereo"]
+
+
+def instance(name, display="720x576"):
+    found, = (instance for instance in top(display).instances if instance.name == name)
+    return found
+
+
+def stub_ports():
+    """Ports of the stand-ins: module to port to (direction, text of its range)."""
+    text = "".join(path.read_text() for path in STUBS)
+    return {module: {name: (direction, bits) for direction, bits, name in
+                     re.findall(r"(?m)^  (input|output|inout)(?: reg)?((?: \[[^\]]+\])?) (\w+)(?: = [^;]+)?;$", body)}
+            for module, body in re.findall(r"(?ms)^module (\w+) (.*?)^endmodule", text)}
+
+
+@pytest.mark.parametrize("display, ratio", [("720x576", Fraction(27, 50)), ("1024x768", Fraction(13, 10))])
+def test_pll(display, ratio):
+    assert pll_ratio(DISPLAYS[display].pixel_clock_hz) == ratio
+    text = re.search(r"(?s)altpll #\(.*?\) display_pll", board_project(display)["stereo.v"])[0]
+    told = dict(re.findall(r"\.(\w+)\((?:32'd)?\"?([^\"]*?)\"?\)", text))
+    assert (told["clk0_multiply_by"], told["clk0_divide_by"]) == (str(ratio.numerator), str(ratio.denominator))
+    assert told["inclk0_input_frequency"] == "20000"  # ps
+    assert told["intended_device_family"] == "Cyclone III"
+
+
+@pytest.mark.parametrize("display", DISPLAYS)
+def test_pll_can_be_set(display):
+    """There is a multiplier and a divider before the oscillator, which runs at 600 to 1300 MHz, and one behind it."""
+    ratio = pll_ratio(DISPLAYS[display].pixel_clock_hz)
+    settings = [(m, n, c) for n in range(1, 11) for m in range(1, 513) if 600 <= 50 * m / n <= 1300
+                for c in range(1, 513) if Fraction(m, n * c) == ratio]
+    assert settings
+
+
+def test_memory_controller_has_the_ports_of_its_stand_in():
+    """And those are the ones that Altera's generator gave for this board."""
+    connections = instance("ddr2").connections
+    assert instance("ddr2").kind == "stereo_ddr2"
+    ports = stub_ports()["stereo_ddr2"]
+    assert set(connections) == set(ports)
+    assert {name for name, (direction, _) in ports.items() if direction == "input"} == {
+        "local_address", "local_write_req", "local_read_req", "local_burstbegin", "local_wdata", "local_be", "local_size",
+        "global_reset_n", "pll_ref_clk", "soft_reset_n"}
+    assert {name: bits for name, (direction, bits) in ports.items() if direction == "inout"} == {
+        "mem_clk": " [0:0]", "mem_clk_n": " [0:0]", "mem_dq": " [31:0]", "mem_dqs": " [3:0]"}
+    assert {name for name, (direction, _) in ports.items() if direction == "output"} == {
+        "local_ready", "local_rdata", "local_rdata_valid", "local_refresh_ack", "local_wdata_req", "local_init_done", "reset_request_n",
+        "reset_phy_clk_n", "phy_clk", "aux_full_rate_clk", "aux_half_rate_clk", "mem_odt", "mem_cs_n", "mem_cke", "mem_addr", "mem_ba",
+        "mem_ras_n", "mem_cas_n", "mem_we_n", "mem_dm"}
+    widths = {name: int(bits[2:].split(":")[0]) + 1 if bits else 1 for name, (_, bits) in ports.items()}
+    for name in ("address", "wdata", "be", "size", "rdata"):
+        assert widths[f"local_{name}"] == len(getattr(LocalBus().create(), name))
+    for name, net in connections.items():
+        if name.startswith("mem_"):
+            assert re.fullmatch(rf"ddr2_0__{name.removeprefix('mem_')}__io", net)
+            assert top().ports[net] == (ports[name][0], widths[name])
+    assert MEMORY_CLOCK_MHZ == 75
+
+
+def test_every_block_of_altera_has_a_stand_in():
+    found = modules(board_project("720x576")["stereo.v"])
+    stubs = stub_ports()
+    used = {child.kind for module in found.values() for child in module.instances} - set(found)
+    assert used == {"altpll", "stereo_ddr2", "altiobuf_in", "altiobuf_out", "altiobuf_bidir", "altddio_out", "altera_std_synchronizer",
+                    "altera_std_synchronizer_bundle"}
+    assert used <= set(stubs)
+    for module in found.values():
+        for child in module.instances:
+            if child.kind in stubs:
+                assert set(child.connections) == set(stubs[child.kind]), child.kind
+
+
+def test_domains():
+    assert DOMAINS == ("sync", "display", "left_camera", "right_camera")
+
+
+class Other(wiring.Component):
+    def __init__(self, changes):
+        super().__init__({name: member for name, member in {**SystemPorts().members, **changes}.items() if member is not None})
+
+
+@pytest.mark.parametrize("changes, told", [
+    ({"leds": None}, "leds"),
+    ({"more": In(1)}, "more"),
+    ({"red": Out(7)}, "red"),
+    ({"buttons": Out(4)}, "buttons"),
+    ({"memory": Out(LocalBus(size_bits=3))}, "memory__size"),
+])
+def test_core_with_other_ports(changes, told):
+    with pytest.raises(ValueError, match=rf"SystemPorts\(\); these differ: {told}$"):
+        BoardTop(Other(changes), DISPLAYS["720x576"])
+
+
+def test_core_with_the_ports():
+    BoardTop(Other({}), DISPLAYS["720x576"])
