@@ -6,9 +6,10 @@ from dataclasses import dataclass, field
 
 from .config import WEIGHT_MAX, MatcherConfig
 from .protocol import Operation, Reply, Status, decode_request
+from .setup_steps import TFP410, TVP5154, Chip, Failure
 
 
-__all__ = ["COUNT_MAX", "IDENTITY", "VERSION", "Kind", "Register", "RegisterMap", "answer", "register_map"]
+__all__ = ["COUNT_MAX", "IDENTITY", "SETUPS", "VERSION", "Kind", "Register", "RegisterMap", "answer", "register_map"]
 
 
 #: What ``identity`` reads as: "SG" in ASCII.
@@ -145,23 +146,38 @@ class RegisterMap:
         return [register for register in self.registers if register.kind in kinds]
 
 
+#: The chips that are set up, by the names that their registers begin with.
+SETUPS: Mapping[str, Chip] = {"decoder": TVP5154, "transmitter": TFP410}
+
 _NO_YES = {0: "no", 1: "yes"}
 _WEIGHT_UNIT = "grey levels a pixel"
+
+
+def _setup_status() -> Iterator[tuple[str, str, Mapping[int, str]]]:
+    """Name, description and words of what is told of each chip's set-up, in the order of addresses."""
+    for role, chip in SETUPS.items():
+        yield f"{role}_state", f"how far the set-up of the {chip.name} is", {0: "busy", 1: "done", 2: "failed"}
+        yield f"{role}_step", "step that failed last", {number: step.text for number, step in enumerate(chip.steps)}
+        yield f"{role}_reason", "why it failed", {failure.value: failure.text for failure in Failure}
 
 
 def _counters() -> Iterator[tuple[str, str, str]]:
     """Name, unit and description of each counter, in the order of addresses."""
     yield "display_frames", "frames", "frames of the display"
     yield "pairs", "pairs", "pairs matched"
-    yield "unpaired", "frames", "camera frames that no frame of the other camera was near enough to"
-    yield "pictures_dropped", "pictures", "disparity pictures dropped on their way to memory"
+    yield "pictures_dropped", "pictures", "disparity pictures that gave way to the next one before the monitor took them"
+    yield "pictures_abandoned", "pictures", "disparity pictures that were not finished"
     yield "display_underflows", "events", "times that memory gave a pixel too late to the display"
     yield "uart_errors", "events", "framing errors, lost bytes, bad sums, time-outs and stray bytes of this line"
     for side in ("left", "right"):
         yield f"{side}_corrected", "codes", f"timing codes of the {side} camera with one wrong bit"
         yield f"{side}_rejected", "codes", f"timing codes of the {side} camera that were beyond repair"
         yield f"{side}_dropped", "frames", f"frames of the {side} camera dropped on their way in"
+        yield f"{side}_overflow", "frames", f"frames of the {side} camera lost to a full FIFO; dropped counts them too"
         yield f"{side}_skipped", "frames", f"frames of the {side} camera that found no free buffer"
+        yield f"{side}_unpaired", "frames", f"frames of the {side} camera that no frame of the other one was near enough to"
+    for role, chip in SETUPS.items():
+        yield f"{role}_failures", "failures", f"failed set-ups of the {chip.name}, and failures after its set-up"
     for fifo, what in (("left_camera", "of the left camera"), ("right_camera", "of the right camera"), ("pair", "before the matcher"),
                        ("picture", "behind the matcher"), ("display", "of the display")):
         yield f"{fifo}_fill", "words", f"most words that the FIFO {what} has held"
@@ -200,11 +216,10 @@ def register_map(config: MatcherConfig | None = None, height: int = 576) -> Regi
         parameter("colour", 0x15, 0, {0: "grey", 1: "colour"}, "how disparities are shown"),
         parameter("hold", 0x16, 0, {0: "live", 1: "frozen"}, "whether the picture on the monitor stands still"),
         Register("clear_counters", 0x20, Kind.ACTION, 1, "sets all counters to 0", minimum=1),
-        Register("restart_setup", 0x21, Kind.ACTION, 1, "sets the video decoder up again", minimum=1),
-        Register("setup_state", 0x30, Kind.STATUS, 255, "how far the set-up of the video chips is"),
-        Register("setup_step", 0x31, Kind.STATUS, 255, "the step it is at, or that failed"),
-        Register("setup_reason", 0x32, Kind.STATUS, 255, "why the step failed"),
-        *(Register(name, 0x33 + n, Kind.STATUS, 1, description, words=_NO_YES) for n, (name, description) in enumerate({
+        Register("restart_setup", 0x21, Kind.ACTION, 1, "sets the video chips up again", minimum=1),
+        *(Register(name, 0x30 + n, Kind.STATUS, max(words), description, words=words)
+          for n, (name, description, words) in enumerate(_setup_status())),
+        *(Register(name, 0x38 + n, Kind.STATUS, 1, description, words=_NO_YES) for n, (name, description) in enumerate({
             "left_locked": "the decoder is locked to the left camera",
             "right_locked": "the decoder is locked to the right camera",
             "left_signal": "good video comes from the left camera",

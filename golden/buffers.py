@@ -1,0 +1,138 @@
+"""The frame store's buffers: of one camera's frames, and the slots of the shown pictures. The rule is that of :mod:`golden.pairing`."""
+
+from enum import Enum
+
+
+__all__ = ["Camera", "Pictures", "Plane"]
+
+
+class Camera:
+    """The buffers of one camera.
+
+    Attributes
+    ----------
+    filling, latest, reading : int or None
+        Buffer that is written, that holds the latest frame, and that is read. Never the same one.
+    latest_began : int
+        When the latest frame began.
+    skipped, unpaired : int
+        Frames for which no buffer was free; complete frames that found no partner.
+    """
+    __slots__ = ("buffers", "filling", "filling_began", "latest", "latest_began", "life", "reading", "skipped", "unpaired")
+
+    def __init__(self, buffers: int, life: int) -> None:
+        self.buffers = buffers
+        self.life = life
+        self.filling: int | None = None
+        self.latest: int | None = None
+        self.reading: int | None = None
+        self.filling_began = self.latest_began = 0
+        self.skipped = self.unpaired = 0
+
+    def expire(self, now: int) -> None:
+        """Give up the latest frame if it is too old."""
+        if self.latest is not None and now - self.latest_began >= self.life:
+            self.latest = None
+            self.unpaired += 1
+
+    def end(self, now: int, complete: bool) -> None:
+        """The frame that fills a buffer is complete, or abandoned; nothing if none does."""
+        self.expire(now)
+        if complete and self.filling is not None:
+            if now - self.filling_began >= self.life:
+                self.unpaired += 1
+            else:
+                self.unpaired += self.latest is not None
+                self.latest, self.latest_began = self.filling, self.filling_began
+        self.filling = None
+
+    def begin(self, now: int) -> int | None:
+        """A frame begins: the buffer for it, ``None`` to skip it. One that still fills a buffer is abandoned."""
+        self.expire(now)
+        self.filling = None
+        for buffer in range(self.buffers):
+            if buffer != self.latest and buffer != self.reading:
+                self.filling, self.filling_began = buffer, now
+                return buffer
+        self.skipped += 1
+        return None
+
+
+class Plane(Enum):
+    """What has been seen of one plane of the picture that is written."""
+    AWAITED = "awaited"
+    FILLING = "filling"
+    COMPLETE = "complete"
+    ABANDONED = "abandoned"
+
+
+class Pictures:
+    """The slots of the shown pictures.
+
+    Attributes
+    ----------
+    writing, latest, shown : int or None
+        Slot that is written, that holds a complete picture not yet shown, and that is shown. Never the same one.
+    planes : list of :class:`Plane`
+        Of the picture that is written.
+    dropped, abandoned : int
+        Complete pictures in whose place another one came before a fetch; pictures that did not become complete.
+    """
+    __slots__ = ("abandoned", "dropped", "latest", "planes", "shown", "slots", "writing")
+
+    def __init__(self, slots: int) -> None:
+        self.slots = slots
+        self.writing: int | None = None
+        self.latest: int | None = None
+        self.shown: int | None = None
+        self.planes = [Plane.AWAITED] * 2
+        self.dropped = self.abandoned = 0
+
+    def free(self) -> int | None:
+        """The slot for a new picture; ``None`` while one is written, or if there is none."""
+        if self.writing is None:
+            for slot in range(self.slots):
+                if slot != self.latest and slot != self.shown:
+                    return slot
+        return None
+
+    def start(self, slot: int) -> None:
+        """A pair starts, whose picture goes into ``slot``."""
+        self.writing = slot
+        self.planes = [Plane.AWAITED] * 2
+
+    def end(self, plane: int, complete: bool) -> None:
+        """A plane is complete, or abandoned; nothing if it had not begun since the pair started."""
+        if self.writing is not None and self.planes[plane] is Plane.FILLING:
+            self.planes[plane] = Plane.COMPLETE if complete else Plane.ABANDONED
+
+    def begin(self, plane: int) -> bool:
+        """A plane begins: whether it may be written. One for each pair; if it begins twice the picture is abandoned."""
+        if self.writing is None:
+            return False
+        if self.planes[plane] is Plane.FILLING:
+            self.planes[plane] = Plane.ABANDONED
+        if self.planes[plane] is not Plane.AWAITED:
+            return False
+        self.planes[plane] = Plane.FILLING
+        return True
+
+    def settle(self) -> None:
+        """The picture is finished as soon as both planes are."""
+        if self.writing is None or Plane.AWAITED in self.planes or Plane.FILLING in self.planes:
+            return
+        if Plane.ABANDONED in self.planes:
+            self.give_up()
+            return
+        self.dropped += self.latest is not None
+        self.latest, self.writing = self.writing, None
+
+    def give_up(self) -> None:
+        """The picture that is written will not become complete."""
+        self.writing = None
+        self.abandoned += 1
+
+    def fetch(self) -> None:
+        """The display begins a frame: it turns to the latest picture, if there is one."""
+        if self.latest is not None:
+            self.shown, self.latest = self.latest, None

@@ -1,0 +1,182 @@
+"""The frame store's rule: which buffer a camera fills, which two frames are a pair, which picture is shown.
+
+**Frames.** Of each camera the *latest* frame counts: complete, in no pair yet. It is so until a newer one is
+complete, or it is ``life`` clocks old. The latest frames of both cameras are a pair if they began no more than ``window`` clocks apart, no other
+pair is being read, the pictures of the pair before are finished, and a slot for new ones is free. Otherwise they wait.
+
+**Buffers.** A frame that begins gets the lowest buffer that is neither read nor holds the latest frame. If there is none it is skipped:
+giving up the latest frame for it would lose more pairs where a pair is read too slowly for double buffers (at 3/4 of a period 20 of 100,
+not 13).
+
+**Slots.** A shown picture has two planes, disparity and left grey, written side by side into a slot. It is complete when both are,
+abandoned if either is. The display locks a slot from one fetch to the next, and each fetch turns to the latest complete picture.
+
+**Why** a window of 5/8 of a period: from 1/2 on, every frame of the slower camera has a partner whatever the phase. The eighth beyond
+is hysteresis: once the phase has drifted past it, frames pair the other way round, 3/8 apart, and jitter does not throw them back. And a
+frame waits 5/8 of a period for its partner at most. It is read by then in two periods less the time that a frame takes to fill a buffer,
+less those 5/8: so double buffers are enough for a reading time of 3/8 of a period (:func:`buffers_needed`).
+
+What the rule promises, and :func:`golden.drift.violations` checks: no buffer is written while it is read or shown; frames of a pair are
+never more than ``window``, hence never more than a period apart; each is used once at most, and in order; none is older than ``life``,
+whatever cameras and memory did; the shown picture changes at a fetch only.
+
+Times are whole clocks.
+"""
+
+from collections.abc import Collection
+from fractions import Fraction
+from typing import NamedTuple
+
+from .buffers import Camera, Pictures
+
+
+__all__ = ["CAMERAS", "LIVES", "PLANES", "WINDOW", "Pair", "Pairing", "buffers_needed"]
+
+
+#: Greatest time between the beginnings of a pair's frames, in frame periods.
+WINDOW = Fraction(5, 8)
+#: Age at which a frame that found no partner is given up, in windows: 2.5 periods. Only a lost camera or a stalled memory gets there.
+LIVES = 4
+
+#: Writers of frames, and of the two planes of shown pictures, by the names of the gateware's interfaces.
+CAMERAS = ("left_camera", "right_camera")
+PLANES = ("disparity_plane", "left_plane")
+
+
+class Pair(NamedTuple):
+    """Buffers that a pair is read from, slot of its picture."""
+    left: int
+    right: int
+    slot: int
+
+
+class Pairing:
+    """The rule, clock by clock or event by event.
+
+    Attributes
+    ----------
+    cameras : tuple of :class:`Camera`
+        Left, right.
+    pictures : :class:`Pictures`
+    hold : bool
+        No new pair starts.
+    reading : bool
+        A pair is being read.
+    pairs : int
+        Pairs started.
+    """
+    def __init__(self, buffers: int, window: int, life: int | None = None) -> None:
+        if buffers < 2:
+            raise ValueError(f"a frame store has at least 2 buffers for each picture, not {buffers!r}")
+        self.window = window
+        self.life = LIVES * window if life is None else life
+        self.cameras = (Camera(buffers, self.life), Camera(buffers, self.life))
+        self.pictures = Pictures(buffers)
+        self.hold = False
+        self.reading = False
+        self.read_at = 0
+        self.pairs = 0
+
+    def decide(self, now: int) -> Pair | None:
+        """Start a pair if the state before clock ``now`` allows one."""
+        left, right = self.cameras
+        if self.hold or self.reading or left.latest is None or right.latest is None:
+            return None
+        oldest = min(left.latest_began, right.latest_began)
+        if abs(left.latest_began - right.latest_began) > self.window or now - oldest >= self.life:
+            return None
+        slot = self.pictures.free()
+        if slot is None:
+            return None
+        pair = Pair(left.latest, right.latest, slot)
+        for camera in self.cameras:
+            camera.reading, camera.latest = camera.latest, None
+        self.pictures.start(slot)
+        self.reading = True
+        self.pairs += 1
+        return pair
+
+    def done(self, now: int) -> None:
+        """The pair has been read; nothing if none is."""
+        if self.reading:
+            self.reading = False
+            self.read_at = now
+            for camera in self.cameras:
+                camera.reading = None
+
+    def clock(self, now: int, events: Collection[str] = ()) -> Pair | None:
+        """One clock, for whoever goes through all of them.
+
+        What happens in one clock happens in this order:
+
+        1. a pair starts, if the state before allows it; a pair is read (``done``), if it started before
+        2. frames expire; a picture is given up if it is not finished ``life`` clocks after its pair was read
+        3. frames end: ``abandoned``, else ``complete``
+        4. frames ``begin``
+        5. planes end, then planes ``begin``, the picture may thereby be finished
+        6. the display's ``fetch``
+        7. ``hold`` or ``release``: what counts from the next clock on
+
+        Parameters
+        ----------
+        now : int
+            One more than in the call before.
+        events : collection of str
+            ``"done"``, ``"fetch"``, ``"hold"``, ``"release"``, and ``begin``, ``complete``, ``abandoned`` of each writer after its name
+            and a dot: ``"left_camera.begin"``.
+
+        Returns
+        -------
+        :class:`Pair` or None
+            The pair that starts in this clock; the gateware tells it in the next one.
+        """
+        give_up = self.pictures.writing is not None and not self.reading and now - self.read_at >= self.life
+        pair = self.decide(now)
+        if "done" in events and pair is None:
+            self.done(now)
+        if give_up:
+            self.pictures.give_up()
+        for name, camera in zip(CAMERAS, self.cameras, strict=True):
+            camera.expire(now)
+            if f"{name}.abandoned" in events or f"{name}.complete" in events:
+                camera.end(now, f"{name}.abandoned" not in events)
+            if f"{name}.begin" in events:
+                camera.begin(now)
+        # What a plane says in the clock of the start is not of this pair: the start is told in the next one.
+        for plane, name in enumerate(PLANES if pair is None else ()):
+            if f"{name}.abandoned" in events or f"{name}.complete" in events:
+                self.pictures.end(plane, f"{name}.abandoned" not in events)
+            if f"{name}.begin" in events:
+                self.pictures.begin(plane)
+        self.pictures.settle()
+        if "fetch" in events:
+            self.pictures.fetch()
+        if "hold" in events or "release" in events:
+            self.hold = "hold" in events
+        return pair
+
+
+def buffers_needed(read_seconds: float, period_seconds: float) -> int:
+    """Buffers for each picture with which no frame is skipped, whatever the phase of the cameras.
+
+    Counts a whole period for a frame to fill its buffer, a little more than it takes. The display must fetch twice a period: else a pair
+    waits for a slot.
+
+    Parameters
+    ----------
+    read_seconds : float
+        From a pair's start to the last pixel read: the matcher's time for a frame.
+    period_seconds : float
+        Of the cameras' frames.
+
+    Examples
+    --------
+    A pixel a clock, and 6 clocks a pixel, at 75 MHz:
+
+    >>> [buffers_needed(720 * 576 * clocks / 75e6, 1 / 25) for clocks in (1, 6)]
+    [2, 3]
+    """
+    if not 0 < read_seconds < period_seconds:
+        raise ValueError(f"a pair must be read in less than the frame period of {period_seconds * 1e3:.4g} ms, "
+                         f"not in {read_seconds * 1e3:.4g} ms")
+    return 2 if read_seconds <= (1 - WINDOW) * period_seconds else 3

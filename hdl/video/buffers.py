@@ -1,0 +1,266 @@
+"""The frame store's buffers: which one a camera fills, which slot a picture is written to, which is shown."""
+
+from enum import Enum
+
+from amaranth import *
+from amaranth.lib import wiring
+from amaranth.lib.wiring import In, Out, Signature
+
+
+__all__ = ["CameraBuffers", "Fetch", "PairRead", "PictureSlots", "Writing"]
+
+
+class Writing(Signature):
+    """How the writer of a frame, or of one plane of a shown picture, asks where to; as the writer sees it.
+
+    ``begin``: one cycle, the first pixel of a frame has come. In the next cycle the writer samples ``buffer``, and ``accept``: if that is
+    low the frame is to be skipped whole. ``complete``: one cycle, the frame's last word has been accepted by the memory. ``abandoned``:
+    one cycle, the frame will not be completed. Either comes with or before the ``begin`` of the next frame; ``begin`` without either
+    abandons the frame before. Of a frame that was not accepted neither means anything.
+    """
+    def __init__(self, buffers):
+        super().__init__({
+            "begin": Out(1),
+            "complete": Out(1),
+            "abandoned": Out(1),
+            "buffer": In(range(buffers)),
+            "accept": In(1),
+        })
+
+
+class PairRead(Signature):
+    """How a pair's frames are read, as the reader sees it.
+
+    ``start``: one cycle; ``left_buffer`` and ``right_buffer`` hold from then on to ``done``: one cycle, the last pixel of both has been
+    read from memory, in the cycle of ``start`` at the earliest.
+    """
+    def __init__(self, buffers):
+        super().__init__({
+            "start": In(1),
+            "left_buffer": In(range(buffers)),
+            "right_buffer": In(range(buffers)),
+            "done": Out(1),
+        })
+
+
+class Fetch(Signature):
+    """How shown pictures are read, as the reader sees it.
+
+    ``fetch``: one cycle, as a frame of the display begins. In the next cycle the reader samples ``shown_buffer``, and ``shown_valid``: low
+    until there is a picture. Both hold to the next ``fetch``.
+    """
+    def __init__(self, buffers):
+        super().__init__({
+            "fetch": Out(1),
+            "shown_buffer": In(range(buffers)),
+            "shown_valid": In(1),
+        })
+
+
+def lowest_free(m, taken, name):
+    """Whether one of the buffers is free, and the lowest that is; ``taken`` says of each whether it is not."""
+    index = Signal(range(len(taken)), name=name)
+    for number in reversed(range(len(taken))):
+        with m.If(~taken[number]):
+            m.d.comb += index.eq(number)
+    return ~Cat(*taken).all(), index
+
+
+def older(age, limit):
+    """``age`` a cycle later; it stays at ``limit``."""
+    return Mux(age == limit, limit, age + 1)
+
+
+class CameraBuffers(wiring.Component):
+    """The buffers of one camera: which one is filled, which one holds the latest frame. Golden: :class:`golden.buffers.Camera`.
+
+    Ages: cycles since a frame began; they stay at ``life_clocks``, and the latest frame that gets there has expired: so ages never wrap
+    around, and a frame that is too old is never taken for a new one.
+
+    Timing: ``available``, ``latest``, ``reading`` and ``age`` depend on registers alone.
+
+    Parameters
+    ----------
+    buffers, life_clocks : int
+        As of :class:`hdl.video.pairing.BufferControl`.
+
+    Members
+    -------
+    writer : In(Writing(buffers))
+    take : In(1)
+        The latest frame becomes the one that is read; only while ``available``.
+    locked : In(1)
+        The frame that was taken last is still being read.
+    available : Out(1)
+        There is a latest frame, not expired.
+    latest, reading : Out(range(buffers))
+        Where the latest frame is, and the one taken last.
+    age : Out(range(life_clocks + 1))
+        Of the latest frame.
+    skipped, unpaired : Out(1)
+        One cycle: a frame found no free buffer; a complete one has found no partner.
+    """
+    def __init__(self, buffers, life_clocks):
+        self.buffers = buffers
+        self.life_clocks = life_clocks
+        super().__init__({
+            "writer": In(Writing(buffers)),
+            "take": In(1),
+            "locked": In(1),
+            "available": Out(1),
+            "latest": Out(range(buffers)),
+            "reading": Out(range(buffers)),
+            "age": Out(range(life_clocks + 1)),
+            "skipped": Out(1),
+            "unpaired": Out(1),
+        })
+
+    def elaborate(self, platform):
+        m = Module()
+        filling     = self.writer.buffer
+        filling_age = Signal.like(self.age, reset_less=True)
+        waits       = Signal()              # there is a latest frame
+
+        # The frame that fills a buffer ends; the latest one is taken, expires, or gives way. It has expired long since where the new one
+        # comes too late.
+        complete  = Signal()
+        too_late  = Signal()
+        completed = Signal()
+        gone      = Signal()
+        m.d.comb += [
+            complete.eq(self.writer.accept & self.writer.complete & ~self.writer.abandoned),
+            too_late.eq(filling_age == self.life_clocks),
+            completed.eq(complete & ~too_late),
+            self.available.eq(waits & (self.age != self.life_clocks)),
+            gone.eq(~self.available | completed),
+            self.unpaired.eq((waits & gone & ~self.take) | (complete & too_late)),
+        ]
+        m.d.sync += [filling_age.eq(older(filling_age, self.life_clocks)), self.age.eq(older(self.age, self.life_clocks))]
+        with m.If(gone | self.take):
+            m.d.sync += waits.eq(completed)
+        with m.If(self.take):
+            m.d.sync += self.reading.eq(self.latest)
+        with m.If(completed):
+            m.d.sync += [self.latest.eq(filling), self.age.eq(filling_age + 1)]
+
+        # A frame begins. What is taken in this cycle is read from the next one on.
+        free, lowest = lowest_free(m, [
+            (self.locked & (self.reading == buffer)) | ((self.take | ~gone) & (self.latest == buffer)) | (completed & (filling == buffer))
+            for buffer in range(self.buffers)], "lowest")
+        m.d.comb += self.skipped.eq(self.writer.begin & ~free)
+        with m.If(self.writer.begin):
+            m.d.sync += [self.writer.accept.eq(free), filling_age.eq(1)]
+            with m.If(free):
+                m.d.sync += filling.eq(lowest)
+        with m.Elif(self.writer.complete | self.writer.abandoned):
+            m.d.sync += self.writer.accept.eq(0)
+        return m
+
+
+class Plane(Enum):
+    """What has been seen of one plane of the picture that is written."""
+    AWAITED = 0
+    FILLING = 1
+    COMPLETE = 2
+    ABANDONED = 3
+
+
+class PictureSlots(wiring.Component):
+    """The slots of the shown pictures: which one is written, which is shown. Golden: :class:`golden.buffers.Pictures`.
+
+    Timing: ``free`` and ``slot`` depend on registers alone.
+
+    Parameters
+    ----------
+    buffers, life_clocks : int
+        As of :class:`hdl.video.pairing.BufferControl`.
+
+    Members
+    -------
+    disparity_plane, left_plane : In(Writing(buffers))
+    display : In(Fetch(buffers))
+    start : In(1)
+        A pair starts, whose picture goes to ``slot``; only while ``free``.
+    reading, done : In(1)
+        A pair is being read; that ends.
+    free : Out(1)
+        No picture is written, and there is a slot for one.
+    slot : Out(range(buffers))
+    dropped, abandoned : Out(1)
+        One cycle: a complete picture gives way to the next before it was shown; a picture will not become complete.
+    """
+    def __init__(self, buffers, life_clocks):
+        self.buffers = buffers
+        self.life_clocks = life_clocks
+        super().__init__({
+            "disparity_plane": In(Writing(buffers)),
+            "left_plane": In(Writing(buffers)),
+            "display": In(Fetch(buffers)),
+            "start": In(1),
+            "reading": In(1),
+            "done": In(1),
+            "free": Out(1),
+            "slot": Out(range(buffers)),
+            "dropped": Out(1),
+            "abandoned": Out(1),
+        })
+
+    def elaborate(self, platform):
+        m = Module()
+        writing = Signal()
+        written = Signal(range(self.buffers), reset_less=True)
+        waits   = Signal()                  # there is a complete picture that is not shown yet
+        latest  = Signal(range(self.buffers), reset_less=True)
+        shown   = self.display.shown_buffer
+        wait    = Signal(range(self.life_clocks + 1), reset_less=True)  # cycles since the pair was read
+
+        free, lowest = lowest_free(m, [
+            (waits & (latest == slot)) | (self.display.shown_valid & (shown == slot)) for slot in range(self.buffers)], "lowest")
+        m.d.comb += [self.free.eq(~writing & free), self.slot.eq(lowest)]
+
+        # Both planes side by side: what each has come to in this cycle.
+        after = []
+        for name in ("disparity_plane", "left_plane"):
+            writer = getattr(self, name)
+            plane = Signal(Plane, name=name)
+            ended = Signal(Plane, name=f"{name}_ended")
+            then  = Signal(Plane, name=f"{name}_then")
+            m.d.comb += [
+                ended.eq(plane), then.eq(ended),
+                writer.buffer.eq(written), writer.accept.eq(writing & (plane == Plane.FILLING)),
+            ]
+            with m.If(plane == Plane.FILLING):
+                with m.If(writer.abandoned | (writer.begin & ~writer.complete)):
+                    m.d.comb += ended.eq(Plane.ABANDONED)
+                with m.Elif(writer.complete):
+                    m.d.comb += ended.eq(Plane.COMPLETE)
+            with m.If(writer.begin & (ended == Plane.AWAITED)):
+                m.d.comb += then.eq(Plane.FILLING)
+            m.d.sync += plane.eq(Mux(writing, then, Plane.AWAITED))
+            after.append(then)
+
+        # The picture is finished as both planes are.
+        give_up  = Signal()
+        finished = Signal()
+        complete = Signal()
+        m.d.comb += [
+            give_up.eq(writing & ~self.reading & (wait == self.life_clocks)),
+            finished.eq(writing & Cat((then == Plane.COMPLETE) | (then == Plane.ABANDONED) for then in after).all()),
+            complete.eq(finished & ~give_up & Cat(then == Plane.COMPLETE for then in after).all()),
+            self.abandoned.eq((give_up | finished) & ~complete),
+            self.dropped.eq(complete & waits),
+        ]
+        m.d.sync += wait.eq(Mux(self.done, 1, older(wait, self.life_clocks)))
+        with m.If(self.start):
+            m.d.sync += [writing.eq(1), written.eq(self.slot)]
+        with m.Elif(give_up | finished):
+            m.d.sync += writing.eq(0)
+
+        # The display turns to the latest picture, also if that becomes complete in this very cycle.
+        with m.If(self.display.fetch):
+            m.d.sync += waits.eq(0)
+            with m.If(waits | complete):
+                m.d.sync += [self.display.shown_valid.eq(1), shown.eq(Mux(complete, written, latest))]
+        with m.Elif(complete):
+            m.d.sync += [waits.eq(1), latest.eq(written)]
+        return m

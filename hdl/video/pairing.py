@@ -1,0 +1,117 @@
+"""Control of the frame store: which two frames are a pair, and when it is read."""
+
+from amaranth import *
+from amaranth.lib import wiring
+from amaranth.lib.wiring import In, Out
+
+from golden.pairing import LIVES
+
+from .buffers import CameraBuffers, Fetch, PairRead, PictureSlots, Writing
+
+
+__all__ = ["BufferControl"]
+
+
+class BufferControl(wiring.Component):
+    """Which buffer each camera fills, which two frames are a pair, which picture is shown. Golden: :class:`golden.pairing.Pairing`, whose
+    module states the rule, its reasons and its promises; :meth:`golden.pairing.Pairing.clock` states the order of what comes in one cycle.
+
+    Whatever the memory does only delays: a pair is read for as long as it takes, and its buffers are left alone. A picture that is not
+    finished ``life_clocks`` after its pair was read is given up, so that a picture that went missing does not stop the system.
+
+    Timing: a pair starts 2 cycles after the event that made it possible: one to decide, and ``start`` comes from a register. A parameter
+    sampled at ``start`` counts for the whole pair. ``hold`` counts from the next cycle on.
+
+    Parameters
+    ----------
+    buffers : int
+        For each of the four kinds of pictures, from 2; :func:`golden.pairing.buffers_needed`.
+    window_clocks : int
+        Greatest number of cycles between the beginnings of a pair's frames.
+    life_clocks : int
+        Age at which a frame is used no more; ``4 * window_clocks`` by default.
+
+    Members
+    -------
+    left_camera, right_camera : In(Writing(buffers))
+        Frames.
+    disparity_plane, left_plane : In(Writing(buffers))
+        The planes of the shown pictures.
+    reader : In(PairRead(buffers))
+    display : In(Fetch(buffers))
+    hold : In(1)
+        No new pair starts; the picture freezes.
+    clear : In(1)
+        Sets the counters to zero, or to one where they count in this cycle.
+    pairs : Out(16)
+        Pairs started. This and the other counters stay at their greatest value.
+    left_skipped, right_skipped : Out(16)
+        Frames for which no buffer was free.
+    left_unpaired, right_unpaired : Out(16)
+        Complete frames that found no partner, or a newer one took their place first.
+    pictures_dropped, pictures_abandoned : Out(16)
+        Complete pictures that gave way to the next one before a fetch; pictures that did not become complete.
+    """
+    def __init__(self, buffers, window_clocks, life_clocks=None):
+        if buffers < 2:
+            raise ValueError(f"a frame store has at least 2 buffers for each picture, not {buffers!r}")
+        if window_clocks < 1:
+            raise ValueError(f"the window of a pair must be at least 1 cycle, not {window_clocks!r}")
+        self.buffers = buffers
+        self.window_clocks = window_clocks
+        self.life_clocks = LIVES * window_clocks if life_clocks is None else life_clocks
+        if self.life_clocks <= window_clocks:
+            raise ValueError(f"a frame must live longer than the window of {window_clocks} cycles, not {life_clocks!r}")
+        super().__init__({
+            "left_camera": In(Writing(buffers)),
+            "right_camera": In(Writing(buffers)),
+            "disparity_plane": In(Writing(buffers)),
+            "left_plane": In(Writing(buffers)),
+            "reader": In(PairRead(buffers)),
+            "display": In(Fetch(buffers)),
+            "hold": In(1),
+            "clear": In(1),
+            **{name: Out(16) for name in self.COUNTERS},
+        })
+
+    COUNTERS = ("pairs", "left_skipped", "right_skipped", "left_unpaired", "right_unpaired", "pictures_dropped", "pictures_abandoned")
+
+    def elaborate(self, platform):
+        m = Module()
+        m.submodules.left = left = CameraBuffers(self.buffers, self.life_clocks)
+        m.submodules.right = right = CameraBuffers(self.buffers, self.life_clocks)
+        m.submodules.slots = slots = PictureSlots(self.buffers, self.life_clocks)
+        wiring.connect(m, wiring.flipped(self.left_camera), left.writer)
+        wiring.connect(m, wiring.flipped(self.right_camera), right.writer)
+        for name in ("disparity_plane", "left_plane", "display"):
+            wiring.connect(m, wiring.flipped(getattr(self, name)), getattr(slots, name))
+
+        # Both ages are of the same cycle, and neither has stopped while its frame is available: their difference is that of the begins.
+        hold    = Signal()
+        reading = Signal()
+        start   = Signal()
+        done    = Signal()
+        near    = Signal()
+        m.d.sync += hold.eq(self.hold)
+        m.d.comb += [
+            near.eq((left.age <= right.age + self.window_clocks) & (right.age <= left.age + self.window_clocks)),
+            start.eq(left.available & right.available & near & slots.free & ~reading & ~hold),
+            done.eq(reading & self.reader.done),
+            slots.start.eq(start), slots.reading.eq(reading), slots.done.eq(done),
+        ]
+        m.d.sync += self.reader.start.eq(start)
+        with m.If(done):
+            m.d.sync += reading.eq(0)
+        with m.If(start):
+            m.d.sync += reading.eq(1)
+        for camera, buffer in ((left, self.reader.left_buffer), (right, self.reader.right_buffer)):
+            m.d.comb += [camera.take.eq(start), camera.locked.eq(reading & ~done), buffer.eq(camera.reading)]
+
+        counted = (start, left.skipped, right.skipped, left.unpaired, right.unpaired, slots.dropped, slots.abandoned)
+        for name, event in zip(self.COUNTERS, counted, strict=True):
+            counter = getattr(self, name)
+            with m.If(self.clear):
+                m.d.sync += counter.eq(event)
+            with m.Elif(event & ~counter.all()):
+                m.d.sync += counter.eq(counter + 1)
+        return m

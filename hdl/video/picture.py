@@ -1,0 +1,253 @@
+"""The picture on its way to the monitor: into the FIFO in front of the display, and out of it."""
+
+from amaranth import *
+from amaranth.lib import data, stream, wiring
+from amaranth.lib.memory import Memory
+from amaranth.lib.wiring import In, Out
+
+from golden.config import PIXEL_BITS, MatcherConfig
+from golden.display import DisplayMode, colour_table, grey_level, placement
+from golden.formats import DisplayFormat
+
+from .words import ShownPixel
+
+
+__all__ = ["DisplaySettings", "PictureGate", "PictureScan", "QueuedPixel"]
+
+
+class QueuedPixel(data.StructLayout):
+    """A :class:`ShownPixel` on its way to the display: ``tag`` differs between the pictures of one ``fetch`` and the next.
+
+    17 bits for 80 disparities, 18 for 256: a word of an M9K block.
+    """
+    def __init__(self, config: MatcherConfig):
+        super().__init__({"disparity": range(config.disparities), "left": PIXEL_BITS, "first": 1, "tag": 1})
+
+
+class PictureGate(wiring.Component):
+    """Lets the pixels of the picture that was fetched last pass, each at its place, and nothing else.
+
+    After ``fetch`` all words are discarded up to the first one with ``first``; all if no picture was announced. What comes is checked against
+    the picture's size: with the first word at odds with it the rest is discarded. In mode ``both`` only every second pixel of
+    every second line passes, so that the half pictures fill the FIFO as they leave it.
+
+    Timing: combinational from ``i`` to ``word``; a word a cycle. ``i.ready`` depends combinationally on ``ready`` and on ``fetch``, in
+    whose cycle, and in the one after it, words are taken and discarded.
+
+    Parameters
+    ----------
+    config : :class:`MatcherConfig`
+    width, height : int
+        Of the picture, in pixels.
+
+    Members
+    -------
+    fetch : In(1)
+        For one cycle: the picture so far is given up.
+    shown_valid : In(1)
+        In the cycle after ``fetch``: a picture comes.
+    halves : In(1)
+        Mode ``both``; changes with ``fetch`` only.
+    tag : In(1)
+        Of the words to come; changes with ``fetch`` only.
+    i : In(stream.Signature(ShownPixel(config)))
+    word : Out(QueuedPixel(config))
+    write : Out(1)
+        ``word`` is offered; it is taken if ``ready`` is high. No stream: ``fetch`` withdraws an offer.
+    ready : In(1)
+    announced : Out(1)
+        The picture that was fetched last is there to show.
+    coming : Out(1)
+        Words of it are still to come.
+    """
+    def __init__(self, config: MatcherConfig, width, height):
+        self.config = config
+        self.width = width
+        self.height = height
+        super().__init__({
+            "fetch": In(1),
+            "shown_valid": In(1),
+            "halves": In(1),
+            "tag": In(1),
+            "i": In(stream.Signature(ShownPixel(config))),
+            "word": Out(QueuedPixel(config)),
+            "write": Out(1),
+            "ready": In(1),
+            "announced": Out(1),
+            "coming": Out(1),
+        })
+
+    def elaborate(self, platform):
+        m = Module()
+        pixel = self.i.p
+
+        # Place of the next pixel in the picture.
+        x = Signal(range(self.width))
+        y = Signal(range(self.height))
+        begun, line_end, fits = Signal(), Signal(), Signal()
+        m.d.comb += [
+            begun.eq((x != 0) | (y != 0)),
+            line_end.eq(x == self.width - 1),
+            fits.eq((pixel.first == ~begun) & (pixel.last == line_end)),
+        ]
+
+        # Of an odd number of columns or lines the last one has no half.
+        kept = Signal()
+        m.d.comb += kept.eq(~self.halves | ~(x[0] | y[0] | (x == self.width // 2 * 2) | (y == self.height // 2 * 2)))
+
+        wanted = Signal()
+        m.d.comb += [
+            wanted.eq(self.coming & (begun | pixel.first)),
+            self.word.disparity.eq(pixel.disparity), self.word.left.eq(pixel.left),
+            self.word.first.eq(pixel.first), self.word.tag.eq(self.tag),
+            self.write.eq(self.i.valid & wanted & fits & kept & ~self.fetch),
+            self.i.ready.eq(~self.coming | self.fetch | self.ready),
+        ]
+        with m.If(self.i.valid & self.i.ready & wanted):
+            m.d.sync += x.eq(x + 1)
+            with m.If(line_end):
+                m.d.sync += [x.eq(0), y.eq(y + 1)]
+            with m.If(~fits | (line_end & (y == self.height - 1))):
+                m.d.sync += self.coming.eq(0)
+
+        fetched = Signal()
+        m.d.sync += fetched.eq(self.fetch)
+        with m.If(fetched):
+            m.d.sync += [self.announced.eq(self.shown_valid), self.coming.eq(self.shown_valid)]
+        with m.If(self.fetch):
+            m.d.sync += [self.announced.eq(0), self.coming.eq(0), x.eq(0), y.eq(0)]
+        return m
+
+
+class DisplaySettings(data.StructLayout):
+    """What holds for a frame: mode ``both``, mode ``left``, disparities in colour, and that there is a picture at all."""
+    def __init__(self):
+        super().__init__({"halves": 1, "only_left": 1, "colour": 1, "announced": 1})
+
+
+class PictureScan(wiring.Component):
+    """Colours of the pixel that the display's counters point to. All of it is in the display's clock domain.
+
+    The golden model is :func:`golden.display.monitor_picture`. A picture pixel that is not there as it is needed is black, and so is
+    the picture from there on. Words whose tag is not that of this frame are drained as fast as they come.
+
+    A table of ``labels`` words of 32 bits gives a disparity's grey level and its red, green and blue: nothing is divided at run time. In
+    mode ``both`` the left pixels of a line wait in a line memory until its disparities have been shown.
+
+    Timing: latency :attr:`LATENCY` cycles from ``x`` and ``y`` to the colours, which are registered.
+
+    Memory: ``labels * 32`` bits of shades, ``width // 2 * 8`` of line memory.
+
+    Parameters
+    ----------
+    config : :class:`MatcherConfig`
+    display : :class:`DisplayFormat`
+    width, height : int
+        Of the picture, in pixels.
+
+    Members
+    -------
+    x, y : In
+        Column and line of :class:`DviTiming`.
+    frame_start : In(1)
+        In vertical blanking: the next picture is awaited from now on.
+    settings : In(DisplaySettings())
+        Changes in vertical blanking only.
+    tag : In(1)
+        Of the words of this frame; changes with ``frame_start`` only.
+    head : In(QueuedPixel(config))
+        Next word of the FIFO.
+    there : In(1)
+        There is one.
+    take : Out(1)
+        Combinational; may be high without ``there``.
+    needed : Out(1)
+        A word is to be shown in this cycle.
+    underflow : Out(1)
+        For one cycle, once a frame: the word that is needed is not there. Only if a picture was announced.
+    red, green, blue : Out(8)
+    """
+    LATENCY = 2
+
+    def __init__(self, config: MatcherConfig, display: DisplayFormat, width, height):
+        self.whole = placement(display, width, height, DisplayMode.DISPARITY)
+        self.halves = placement(display, width, height, DisplayMode.BOTH)
+        self.config = config
+        self.width = width
+        super().__init__({
+            "x": In(range(display.h_total)),
+            "y": In(range(display.v_total)),
+            "frame_start": In(1),
+            "settings": In(DisplaySettings()),
+            "tag": In(1),
+            "head": In(QueuedPixel(config)),
+            "there": In(1),
+            "take": Out(1),
+            "needed": Out(1),
+            "underflow": Out(1),
+            "red": Out(PIXEL_BITS),
+            "green": Out(PIXEL_BITS),
+            "blue": Out(PIXEL_BITS),
+        })
+
+    def elaborate(self, platform):
+        m = Module()
+        head, halves = self.head, self.settings.halves
+
+        def within(place):
+            columns, lines = place
+            return (self.x >= columns.start) & (self.x < columns.stop) & (self.y >= lines.start) & (self.y < lines.stop)
+
+        # Is this pixel one of the picture, and is it there?
+        inside, good = Signal(), Signal()
+        begun, failed = Signal(), Signal()
+        column = Signal(range(self.width))  # of the picture, or of either half picture
+        beside = Signal()                   # in the half picture to the right
+        m.d.comb += [
+            inside.eq(self.settings.announced & ~failed & Mux(halves, within(self.halves), within(self.whole))),
+            self.needed.eq(inside & ~beside),
+            good.eq(self.there & (head.tag == self.tag) & (head.first != begun)),
+            self.underflow.eq(self.needed & ~good),
+            self.take.eq(self.needed & good | (head.tag != self.tag)),
+        ]
+        with m.If(self.frame_start):
+            m.d.sync += [begun.eq(0), failed.eq(0)]
+        with m.If(self.needed):
+            m.d.sync += [begun.eq(1), failed.eq(~good)]
+        m.d.sync += column.eq(0)
+        with m.If(inside):
+            m.d.sync += column.eq(column + 1)
+            with m.If(halves & (column == self.width // 2 - 1)):
+                m.d.sync += [column.eq(0), beside.eq(~beside)]
+        with m.Else():
+            m.d.sync += beside.eq(0)
+
+        # Tables, and what goes beside them.
+        labels = self.config.disparities
+        greys = grey_level(range(labels), labels)
+        shades = [{"grey": int(grey), "red": int(red), "green": int(green), "blue": int(blue)}
+                  for grey, (red, green, blue) in zip(greys, colour_table()[greys])]
+        m.submodules.shades = shade_memory = Memory(shape=data.StructLayout(dict.fromkeys(shades[0], PIXEL_BITS)), depth=labels, init=shades)
+        m.submodules.line = line_memory = Memory(shape=PIXEL_BITS, depth=self.width // 2, init=[])
+        shade, line_read, line_write = shade_memory.read_port(), line_memory.read_port(), line_memory.write_port()
+        shown = Signal()
+        shown_beside = Signal(reset_less=True)
+        level = Signal(PIXEL_BITS, reset_less=True)
+        m.d.comb += [
+            shade.addr.eq(head.disparity),
+            line_write.addr.eq(column), line_write.data.eq(head.left), line_write.en.eq(self.needed & halves),
+            line_read.addr.eq(column),
+        ]
+        m.d.sync += [shown.eq(inside & ~self.underflow), shown_beside.eq(beside), level.eq(head.left)]
+
+        # Colours.
+        for output, tint in ((self.red, shade.data.red), (self.green, shade.data.green), (self.blue, shade.data.blue)):
+            with m.If(~shown):
+                m.d.sync += output.eq(0)
+            with m.Elif(shown_beside):
+                m.d.sync += output.eq(line_read.data)
+            with m.Elif(self.settings.only_left):
+                m.d.sync += output.eq(level)
+            with m.Else():
+                m.d.sync += output.eq(Mux(self.settings.colour, tint, shade.data.grey))
+        return m

@@ -1,0 +1,249 @@
+"""The whole system of the thesis (figures 15 to 18): two cameras in, disparities on a monitor."""
+
+from amaranth import *
+from amaranth.lib import stream, wiring
+from amaranth.lib.wiring import In, Out
+
+from golden.bandwidth import Budget, MemoryTiming
+from golden.config import MatcherConfig
+from golden.formats import PAL, CameraFormat, DisplayFormat
+from golden.memory_map import MemoryMap, Plane
+from golden.pairing import WINDOW, buffers_needed
+from golden.protocol import BAUD
+from golden.registers import SETUPS, register_map
+
+from ..matcher import Matcher
+from ..registers import SerialRegisters
+from ..stream import PixelPair, copy_flags
+from .arbiter import Arbiter
+from .bt656 import CameraInput
+from .buttons import Button
+from .dvi import DisplayOutput
+from .frame_read import PairReader, PictureReader
+from .frame_write import FrameWriter, PictureWriter
+from .pairing import BufferControl
+from .ports import SystemPorts
+from .setup import ChipSetup
+from .words import PlanePixel
+
+
+__all__ = ["PairFork", "StereoSystem"]
+
+
+class PairFork(wiring.Component):
+    """A pair's pixels to the matcher, and those of the left picture to the frame store, for the monitor.
+
+    Timing: combinational; each branch takes a pixel once, whenever it is ready; the pixel has gone when both have it.
+
+    Members
+    -------
+    i, matcher : stream.Signature(PixelPair())
+    left : Out(stream.Signature(PlanePixel()))
+    """
+    def __init__(self):
+        super().__init__({
+            "i": In(stream.Signature(PixelPair())),
+            "matcher": Out(stream.Signature(PixelPair())),
+            "left": Out(stream.Signature(PlanePixel())),
+        })
+
+    def elaborate(self, platform):
+        m = Module()
+        taken = []
+        for name, branch in (("matcher", self.matcher), ("left", self.left)):
+            done = Signal(name=f"{name}_done")  # this branch has the pixel already
+            has = Signal(name=f"{name}_has")
+            m.d.comb += [branch.valid.eq(self.i.valid & ~done), has.eq(done | branch.ready)]
+            m.d.sync += done.eq(self.i.valid & has & ~self.i.ready)
+            taken.append(has)
+        m.d.comb += [
+            self.i.ready.eq(taken[0] & taken[1]),
+            self.matcher.payload.eq(self.i.payload),
+            self.left.p.value.eq(self.i.p.left), *copy_flags(self.left.p, self.i.p),
+        ]
+        return m
+
+
+class StereoSystem(wiring.Component):
+    """Cameras, frame store, matcher and monitor, with the host's registers and the set-up of the video chips.
+
+    What the monitor shows is :func:`golden.display.monitor_picture` of :func:`golden.labelling.match` of the pair that
+    :class:`golden.pairing.Pairing` chose from what :func:`golden.bt656.decode` made of the cameras' bytes.
+
+    Weights and labels in use count from the next pair on, which picture is shown from the monitor's next frame on. Button 0 sets the
+    chips up again, button 1 clears the counters. LEDs: 0 and 1 left and right video is good, 2 and 3 left and right decoder is locked, 4
+    memory ready, 5 changes with each pair, 6 a set-up has failed, 7 something was dropped or came too late since the counters were cleared.
+
+    Domains: ``sync``, ``display``, ``left_camera``, ``right_camera``, asynchronous to each other.
+
+    Parameters
+    ----------
+    config : :class:`MatcherConfig`
+        ``max_width`` is the cameras' width.
+    display : :class:`DisplayFormat`
+    camera : :class:`CameraFormat`
+    timing : :class:`MemoryTiming`
+        ``clock_hz`` is that of ``sync``. What the memory cannot serve is refused: :class:`golden.errors.UserError`.
+    baud : int
+        Of the registers' line.
+    setup_hz, bus_hz : int
+        Rate of ``sync`` as the set-up of the chips counts its times, and of the I2C bus. In simulation a low one makes it short.
+    window : float
+        Greatest time between the beginnings of a pair's frames, in frames of the cameras.
+
+    Attributes
+    ----------
+    matcher : :class:`Matcher`
+    memory_map : :class:`MemoryMap`
+    budget : :class:`Budget`
+        Of the memory; it sizes the FIFOs.
+    registers : :class:`RegisterMap`
+    """
+    def __init__(self, config: MatcherConfig, display: DisplayFormat, *, camera: CameraFormat = PAL, timing: MemoryTiming | None = None,
+                 baud=BAUD, setup_hz=None, bus_hz=100_000, window=WINDOW):
+        if config.max_width != camera.width:
+            raise ValueError(f"the matcher is built for lines of {config.max_width} pixels, and the cameras send {camera.width}: "
+                             "choose the same width")
+        timing = timing or MemoryTiming()
+        clock_hz = timing.clock_hz
+        self.config = config
+        self.camera = camera
+        self.clock_hz = clock_hz
+        self.matcher = matcher = Matcher(config)
+        pixels = camera.width * camera.height
+        frame_clocks = matcher.frame_clocks(camera.width, camera.height)
+        buffers = buffers_needed(frame_clocks / clock_hz, camera.frame_seconds)
+        self.memory_map = memory_map = MemoryMap(camera.width, camera.height, buffers)
+        self.budget = budget = Budget(memory_map, camera, display, timing, matcher_clocks=frame_clocks / pixels)
+        budget.check()
+        burst = budget.burst
+
+        self.cameras = {side: CameraInput(camera, f"{side}_camera") for side in ("left", "right")}
+        self.frame_writers = {side: FrameWriter(memory_map, plane, burst=burst, depth=budget.camera_depth)
+                              for side, plane in (("left", Plane.LEFT), ("right", Plane.RIGHT))}
+        picture_depth = max(2 * burst, budget.matcher_depth)
+        self.picture_writers = {name: PictureWriter(memory_map, plane, burst=burst, depth=picture_depth)
+                                for name, plane in (("disparity", Plane.DISPARITY), ("left", Plane.SHOWN_LEFT))}
+        self.pair_reader = PairReader(memory_map, burst=burst, depth=picture_depth)
+        self.picture_reader = PictureReader(memory_map, config, burst=burst, depth=max(2 * burst, budget.display_depth))
+        self.display = DisplayOutput(config, display, camera.width, camera.height)
+        self.arbiter = Arbiter(4, 2, burst=burst)
+        self.control = BufferControl(buffers, round(window * camera.frame_seconds * clock_hz))
+        self.setups = {role: ChipSetup(chip, setup_hz or clock_hz, bus_hz) for role, chip in SETUPS.items()}
+        self.registers = register_map(config, camera.height)
+        self.serial = SerialRegisters(self.registers, clock_hz, baud)
+        super().__init__(SystemPorts())
+
+    def elaborate(self, platform):
+        m = Module()
+        control = m.submodules.control = self.control
+        matcher = m.submodules.matcher = self.matcher
+        arbiter = m.submodules.arbiter = self.arbiter
+        display = m.submodules.display = self.display
+        serial = m.submodules.serial = self.serial
+        params, actions = serial.params, serial.actions
+        status = serial.status
+        m.d.comb += [serial.rx.eq(self.uart_rx), self.uart_tx.eq(serial.tx)]
+        wiring.connect(m, arbiter.bus, wiring.flipped(self.memory))
+
+        # Buttons.
+        pressed = []
+        for number in range(2):
+            m.submodules[f"button_{number}"] = button = Button(self.clock_hz)
+            m.d.comb += button.i.eq(self.buttons[number])
+            pressed.append(button.pressed)
+        clear   = Signal()
+        restart = Signal()
+        m.d.comb += [restart.eq(actions.restart_setup | pressed[0]), clear.eq(actions.clear_counters | pressed[1])]
+
+        # Cameras into the frame store.
+        ports = iter(arbiter.write)
+        for side, camera in self.cameras.items():
+            writer = self.frame_writers[side]
+            m.submodules[f"{side}_input"] = camera
+            m.submodules[f"{side}_writer"] = writer
+            wiring.connect(m, camera.o, writer.i)
+            wiring.connect(m, writer.port, next(ports))
+            m.d.comb += [camera.data.eq(getattr(self, f"{side}_data")), camera.clear.eq(clear), status[f"{side}_signal"].eq(camera.present)]
+            m.d.comb += [status[f"{side}_{count}"].eq(getattr(camera, count)) for count in ("corrected", "rejected", "dropped", "overflow")]
+            m.d.comb += [status[f"{side}_{count}"].eq(getattr(control, f"{side}_{count}")) for count in ("skipped", "unpaired")]
+            m.d.comb += status[f"{side}_camera_fill"].eq(writer.fill)
+            self._steer(m, writer, getattr(control, f"{side}_camera"), clear)
+
+        # A pair through the matcher. What the host has set counts from its start on.
+        m.submodules.pair_reader = pair_reader = self.pair_reader
+        m.submodules.fork = fork = PairFork()
+        pairs = iter(arbiter.read)
+        wiring.connect(m, pair_reader.port, next(pairs))
+        wiring.connect(m, pair_reader.o, fork.i)
+        wiring.connect(m, fork.matcher, matcher.i)
+        reader = control.reader
+        m.d.comb += [
+            pair_reader.start.eq(reader.start), pair_reader.left_buffer.eq(reader.left_buffer),
+            pair_reader.right_buffer.eq(reader.right_buffer), reader.done.eq(pair_reader.done), pair_reader.clear_fill.eq(clear),
+            matcher.u1.eq(params.u1), matcher.u2.eq(params.u2), matcher.u3.eq(params.u3), matcher.in_use.eq(params.labels),
+            matcher.set_parameters.eq(reader.start), matcher.clear.eq(clear), control.hold.eq(params.hold), control.clear.eq(clear),
+        ]
+
+        # Disparities and the left picture back into the frame store.
+        disparity_writer, left_writer = self.picture_writers["disparity"], self.picture_writers["left"]
+        m.submodules.disparity_writer, m.submodules.left_plane_writer = disparity_writer, left_writer
+        wiring.connect(m, fork.left, left_writer.i)
+        m.d.comb += [
+            disparity_writer.i.p.value.eq(matcher.o.p.disparity), *copy_flags(disparity_writer.i.p, matcher.o.p),
+            disparity_writer.i.valid.eq(matcher.o.valid), matcher.o.ready.eq(disparity_writer.i.ready),
+        ]
+        for writer, plane in ((disparity_writer, control.disparity_plane), (left_writer, control.left_plane)):
+            wiring.connect(m, writer.port, next(ports))
+            self._steer(m, writer, plane, clear)
+
+        # The frame store to the monitor.
+        m.submodules.picture_reader = picture_reader = self.picture_reader
+        wiring.connect(m, picture_reader.port, next(pairs))
+        wiring.connect(m, picture_reader.o, display.i)
+        shown = control.display
+        m.d.comb += [
+            shown.fetch.eq(display.fetch), picture_reader.fetch.eq(display.fetch), picture_reader.clear_fill.eq(clear),
+            picture_reader.shown_buffer.eq(shown.shown_buffer), picture_reader.shown_valid.eq(shown.shown_valid),
+            display.shown_valid.eq(shown.shown_valid), display.mode.eq(params.show), display.colour.eq(params.colour),
+            display.clear.eq(clear),
+            *(getattr(self, name).eq(getattr(display, name)) for name in ("red", "green", "blue", "de", "hsync", "vsync")),
+        ]
+
+        # Chips.
+        for (role, setup), bus in zip(self.setups.items(), ("decoder", "dvi")):
+            m.submodules[f"{role}_setup"] = setup
+            m.d.comb += [
+                setup.restart.eq(restart), setup.scl_i.eq(getattr(self, f"{bus}_scl")), setup.sda_i.eq(getattr(self, f"{bus}_sda")),
+                getattr(self, f"{bus}_scl_low").eq(setup.scl_low), getattr(self, f"{bus}_sda_low").eq(setup.sda_low),
+                status[f"{role}_state"].eq(Mux(setup.failed, 2, setup.done)), status[f"{role}_step"].eq(setup.step),
+                status[f"{role}_reason"].eq(setup.reason), status[f"{role}_failures"].eq(setup.failures),
+            ]
+        decoder = self.setups["decoder"]
+        m.d.comb += [
+            self.decoder_reset_n.eq(decoder.resetb), self.decoder_powerdown_n.eq(decoder.pdn),
+            Cat(status.left_locked, status.right_locked).eq(decoder.locked),
+        ]
+
+        # What the host sees beside.
+        m.d.comb += [
+            status.memory_ready.eq(self.memory.init_done), status.matcher_error.eq(matcher.error), status.pairs.eq(control.pairs),
+            status.pictures_dropped.eq(control.pictures_dropped), status.pictures_abandoned.eq(control.pictures_abandoned),
+            status.display_frames.eq(display.frames), status.display_underflows.eq(display.underflows),
+            status.pair_fill.eq(pair_reader.fill), status.display_fill.eq(picture_reader.fill),
+            status.picture_fill.eq(Mux(disparity_writer.fill > left_writer.fill, disparity_writer.fill, left_writer.fill)),
+        ]
+        lost = [status[name].any() for name in ("left_dropped", "right_dropped", "left_skipped", "right_skipped", "pictures_abandoned",
+                                                "display_underflows")]
+        m.d.sync += self.leds.eq(Cat(
+            status.left_signal, status.right_signal, status.left_locked, status.right_locked, status.memory_ready, status.pairs[0],
+            Cat(setup.failed for setup in self.setups.values()).any(), Cat(lost).any()))
+        return m
+
+    @staticmethod
+    def _steer(m, writer, control, clear):
+        """Connect a writer to its side of the control."""
+        m.d.comb += [
+            control.begin.eq(writer.begin), control.complete.eq(writer.complete), control.abandoned.eq(writer.abandoned),
+            writer.buffer.eq(control.buffer), writer.accept.eq(control.accept), writer.clear_fill.eq(clear),
+        ]
