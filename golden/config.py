@@ -162,10 +162,13 @@ class Refinement:
         Pixels that fail the check take a disparity from their line.
     median : bool
         Median of the disparities.
+    sub_pixel : bool
+        Disparities get three fraction bits between check and fill.
     """
     check: bool = True
     fill: bool = True
     median: bool = True
+    sub_pixel: bool = False
 
 
 @dataclass(frozen=True)

@@ -6,9 +6,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from .confidence import confidence
 from .config import Cost, MatcherConfig
 from .labelling import scan, slopes
 from .refine import check, fill, median, right_view
+from .sub_pixel import SUB_PIXEL_SCALE, sub_pixel_labels
 from .support import arms, fused_cost, support_sizes, support_sums
 
 
@@ -22,12 +24,23 @@ class Fused:
     Parameters
     ----------
     disparity : (H, W) int32 ndarray
-        Pixels, ``config.minimum .. config.minimum + D-1``.
+        Pixels times ``scale``, ``config.minimum .. config.minimum + D-1`` pixels.
     passed : (H, W) bool ndarray
         Whether the left-right check passed, before the fill.
+    confidence : (H, W) uint8 ndarray
+        ``0..15``, of :func:`golden.confidence.confidence`.
+    scale : int
+        1, or 8 with sub-pixel disparities: three fraction bits.
     """
     disparity: NDArray[Any]
     passed: NDArray[np.bool_]
+    confidence: NDArray[np.uint8]
+    scale: int = 1
+
+    @property
+    def pixels(self) -> NDArray[Any]:
+        """Disparities in pixels: whole numbers as they are, or float64, which holds eighths exactly."""
+        return self.disparity if self.scale == 1 else self.disparity / self.scale
 
 
 def labelling(sums, n, left, config: MatcherConfig):
@@ -64,15 +77,18 @@ def match(left, right, config: MatcherConfig) -> Fused:
     if config.cost is not Cost.FUSED:
         raise ValueError(f"this is the matcher of the cost fused, not {config.cost}; take golden.labelling.match")
     l, r = arms(left, config.fused)
+    n = support_sizes(l, r)
     cost = fused_cost(left, right, config)
-    labels = labelling(support_sums(cost, l, r), support_sizes(l, r), left, config)
+    sums = support_sums(cost, l, r)
+    labels = labelling(sums, n, left, config)
+
     stages = config.refinement
+    scale = SUB_PIXEL_SCALE if stages.sub_pixel else 1
     passed = check(labels, right_view(cost, config), config) if stages.check else np.ones(labels.shape, dtype=bool)
-    if stages.fill:
-        labels = fill(labels, passed)
-    if stages.median:
-        labels = median(labels, config.fused.median)
-    return Fused(labels + config.minimum, passed)
+    found = sub_pixel_labels(sums, labels, passed) if stages.sub_pixel else labels
+    filled = fill(found, passed) if stages.fill else found
+    result = median(filled, config.fused.median) if stages.median else filled
+    return Fused(result + config.minimum * scale, passed, confidence(result, filled, passed, n, scale), scale)
 
 
 def labelling_plain(sums, n, left, config: MatcherConfig):
