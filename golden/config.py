@@ -28,11 +28,11 @@ def _check(parameters: object, limits: Mapping[str, range]) -> None:
 
 
 class Cost(enum.StrEnum):
-    """What a label costs at a pixel.
+    """What a label costs at a pixel, hence which method.
 
-    ``THESIS``: the matching cost ``E`` of section 2 of the thesis, and its rule.
-    ``FUSED``: ``E`` and a census distance fused, summed over a support along the line; the rule with slopes times the support's size;
-    then check, fill and median. ``LINEAR`` arithmetic only.
+    ``THESIS``: the matching cost ``E`` of equation (2-12).
+    ``FUSED``: ``E`` fused with a census distance, summed over a support along the line; check, fill and median follow the rule.
+    ``LINEAR`` arithmetic only.
     """
     THESIS = "thesis"
     FUSED = "fused"
@@ -80,8 +80,7 @@ class FusedParameters:
     reach : int
         Longest arm of the support, pixels, ``0..31``.
     u1, u2, u3 : int
-        Weights of the left, upper and lower neighbour, units of ``C / 2**energy_shift`` a pixel of disparity, ``0..63``. Build-time
-        defaults of the gateware's inputs.
+        Weights of the neighbours, ``2**-energy_shift`` of a unit of ``C`` a pixel of disparity, ``0..63``; defaults of inputs.
     energy_shift : int
         Fraction bits of the weights: a support sum ``S`` enters the energy as ``S << energy_shift``; ``0..4``.
     tolerance : int
@@ -146,8 +145,7 @@ class FusedParameters:
         return self.support_max * WEIGHT_MAX
 
 
-FUSED_1 = FusedParameters()
-"""The named default *fused-1*."""
+FUSED_1 = FusedParameters()  # the named default fused-1
 
 
 @dataclass(frozen=True)
