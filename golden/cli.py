@@ -66,7 +66,7 @@ def matcher_config(options: argparse.Namespace, disparities: int, arithmetic: Ar
     """
     with _parameters_are_options():
         return MatcherConfig(disparities=disparities, arithmetic=arithmetic or options.arithmetic, max_width=max_width,
-                             minimum=getattr(options, "minimum", MatcherConfig.minimum), **_given(options, "fraction_bits", *WEIGHTS))
+                             minimum=getattr(options, "minimum", 0), **_given(options, "fraction_bits", *WEIGHTS))
 
 
 @contextlib.contextmanager
@@ -141,8 +141,8 @@ def method_config(options: argparse.Namespace, disparities: int, arithmetic: Ari
         raise UserError("--fill has nothing to do without the left-right check; add --check or leave --fill out")
     with _parameters_are_options():
         return MatcherConfig(
-            disparities=disparities, arithmetic=Arithmetic.LINEAR, cost=Cost.FUSED, fused=dataclasses.replace(FUSED_1, **_given(options, *WEIGHTS)),
-            refinement=Refinement(**stages, sub_pixel=options.sub_pixel), minimum=getattr(options, "minimum", MatcherConfig.minimum))
+            disparities=disparities, arithmetic=Arithmetic.LINEAR, cost=Cost.FUSED, minimum=getattr(options, "minimum", 0),
+            fused=dataclasses.replace(FUSED_1, **_given(options, *WEIGHTS)), refinement=Refinement(**stages, sub_pixel=options.sub_pixel))
 
 
 def add_gateware_options(parser: argparse.ArgumentParser) -> None:

@@ -91,7 +91,7 @@ def plot(path: Path, curves: dict[str, tuple[NDArray[np.float64], NDArray[np.flo
 def parser() -> Parser:
     """The arguments of the command."""
     result = Parser(prog="golden sparsification", description=(
-        "Bad pixels among those that are kept when the least confident are dropped, on the four pairs of the Middlebury benchmark, mask all, "
+        "Bad pixels among those that are kept when the least confident are dropped, on the four pairs of the Middlebury benchmark (all), "
         "and the area between that curve and an oracle's (AUSE): 0 is perfect, the last column is that of confidence which knows nothing."))
     result.add_argument("--data", type=Path, metavar="DIR",
                         help=f"folder that holds {', '.join(PAIRS)} (default: $STEREO_DATA, else ../shared/data/middlebury)")
