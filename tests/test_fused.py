@@ -5,11 +5,13 @@ import itertools
 import numpy as np
 import pytest
 
+from golden.confidence import confidence_plain
 from golden.config import FusedParameters, MatcherConfig, Refinement
 from golden.fused import labelling, labelling_plain, match
 from golden.labelling import match as match_thesis
 from golden.refine import check_plain, fill_plain, median_plain, right_view_plain
 from golden.scenes import discriminates, scene
+from golden.sub_pixel import sub_pixel_labels
 from golden.support import arms_plain, fused_cost, support_sums_plain
 
 
@@ -79,18 +81,25 @@ def test_scene_discriminates(disparities, width):
     assert discriminates(match(left, right, config(disparities)).disparity, config(disparities))
 
 
-@pytest.mark.parametrize("stages", list(itertools.product([False, True], repeat=3)))
+@pytest.mark.parametrize("stages", list(itertools.product([False, True], repeat=4)))
 def test_stages(stages):
-    check, fill, median = stages
+    check, fill, median, sub_pixel = stages
+    scale = 8 if sub_pixel else 1
     left, right, _ = scene(60, 12, 9, seed=5)
     this = config(9, Refinement(*stages), minimum=2)
+    l, r = arms_plain(left)
+    cost = fused_cost(left, right, this)
+    sums = support_sums_plain(cost, l, r)
     labels = match(left, right, config(9, minimum=2)).disparity - 2
-    passed = check_plain(labels, right_view_plain(fused_cost(left, right, this), this), this) if check else np.ones(labels.shape, bool)
-    expected = fill_plain(labels, passed) if fill else labels
-    expected = median_plain(expected, 5) if median else expected
+    passed = check_plain(labels, right_view_plain(cost, this), this) if check else np.ones(labels.shape, bool)
+    found = sub_pixel_labels(sums, labels, passed) if sub_pixel else labels
+    filled = fill_plain(found, passed) if fill else found
+    expected = median_plain(filled, 5) if median else filled
     result = match(left, right, this)
+    assert result.scale == scale
     np.testing.assert_array_equal(result.passed, passed)
-    np.testing.assert_array_equal(result.disparity, expected + 2)
+    np.testing.assert_array_equal(result.disparity, expected + 2 * scale)
+    np.testing.assert_array_equal(result.confidence, confidence_plain(expected, filled, passed, l + r + 1, scale))
     assert not check or 0.02 < passed.mean() < 0.9
 
 
