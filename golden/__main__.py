@@ -4,7 +4,7 @@ import argparse
 import sys
 from collections.abc import Sequence
 
-from . import evaluate, match, sparsification
+from . import evaluate, match, sparsification, tune
 from .cli import Parser
 from .errors import run_cli
 
@@ -16,6 +16,7 @@ COMMANDS = {
     "match": (match.main, "disparities of a pair of pictures"),
     "evaluate": (evaluate.main, "bad pixels on the Middlebury benchmark"),
     "sparsification": (sparsification.main, "whether confidence ranks errors"),
+    "tune": (tune.main, "search for better parameters of the fused cost"),
 }
 
 

@@ -4,6 +4,7 @@ import argparse
 import contextlib
 import dataclasses
 from collections.abc import Iterator
+from pathlib import Path
 from typing import Any, NoReturn
 
 from rich.console import Console
@@ -11,6 +12,7 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 
 from .config import FUSED_1, Arithmetic, Cost, Engine, MatcherConfig, Refinement
 from .errors import UserError
+from .parameters import read_parameters
 
 
 __all__ = ["STAGES", "Parser", "add_gateware_options", "add_matcher_options", "add_method_options", "add_minimum_option", "gateware_config",
@@ -95,6 +97,7 @@ def add_method_options(parser: argparse.ArgumentParser, cost: Cost = Cost.THESIS
     """
     parser.add_argument("--cost", type=Cost, choices=list(Cost), default=cost, metavar="thesis|fused", help=(
         "matching cost of the thesis; or fused with a census, summed over a support and refined after the rule (default: %(default)s)"))
+    parser.add_argument("--parameters", type=Path, metavar="FILE", help="parameters of the fused cost, of golden tune (default: fused-1)")
     parser.add_argument("--refine", action=argparse.BooleanOptionalAction, help="all stages of the refinement or none (default: all)")
     for name, what in STAGES.items():
         parser.add_argument(f"--{name}", action=argparse.BooleanOptionalAction, help=f"{what}, whatever --refine says of the others")
@@ -128,6 +131,7 @@ def method_config(options: argparse.Namespace, disparities: int, arithmetic: Ari
     if options.cost is Cost.THESIS:
         switches = {name: value for name in ("refine", *STAGES) if (value := getattr(options, name)) is not None}
         given = [name if value else f"no-{name}" for name, value in switches.items()] + ["sub-pixel"] * options.sub_pixel
+        given += ["parameters"] * (options.parameters is not None)
         if given:
             raise UserError(f"--{given[0]} belongs to the cost fused; choose --cost fused or leave it out")
         return matcher_config(options, disparities, options.arithmetic or arithmetic)
@@ -139,10 +143,11 @@ def method_config(options: argparse.Namespace, disparities: int, arithmetic: Ari
     stages = {name: options.refine is not False if getattr(options, name) is None else getattr(options, name) for name in STAGES}
     if options.fill and not stages["check"]:
         raise UserError("--fill has nothing to do without the left-right check; add --check or leave --fill out")
+    params = read_parameters(options.parameters) if options.parameters else FUSED_1
     with _parameters_are_options():
         return MatcherConfig(
             disparities=disparities, arithmetic=Arithmetic.LINEAR, cost=Cost.FUSED, minimum=getattr(options, "minimum", 0),
-            fused=dataclasses.replace(FUSED_1, **_given(options, *WEIGHTS)), refinement=Refinement(**stages, sub_pixel=options.sub_pixel))
+            fused=dataclasses.replace(params, **_given(options, *WEIGHTS)), refinement=Refinement(**stages, sub_pixel=options.sub_pixel))
 
 
 def add_gateware_options(parser: argparse.ArgumentParser) -> None:
