@@ -31,7 +31,7 @@ $(STAMP): pyproject.toml | debian
 	@echo "Installing the Python packages into $(VENV): 150 MB to download at first, 600 MB on disk."
 	@test -x $(BIN)/pip || $(PYTHON) -m venv $(VENV) 2>/dev/null || $(PYTHON) -m virtualenv --quiet $(VENV) || \
 		{ echo "A virtual environment cannot be made in $(VENV) with $(PYTHON)." >&2; exit 1; }
-	@$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable ".[demo,sim,resources,console,test]" || \
+	@$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable ".[demo,sim,resources,console,lab,test]" || \
 		{ echo "The Python packages cannot be installed into $(VENV); pip's reason is above." >&2; exit 1; }
 	@touch $@
 

@@ -1,10 +1,10 @@
-"""`python -m golden match` and `python -m golden evaluate`."""
+"""`python -m golden COMMAND`: the commands of the golden model."""
 
 import argparse
 import sys
 from collections.abc import Sequence
 
-from . import evaluate, match
+from . import evaluate, match, sparsification, tune
 from .cli import Parser
 from .errors import run_cli
 
@@ -15,6 +15,8 @@ __all__ = ["main"]
 COMMANDS = {
     "match": (match.main, "disparities of a pair of pictures"),
     "evaluate": (evaluate.main, "bad pixels on the Middlebury benchmark"),
+    "sparsification": (sparsification.main, "whether confidence ranks errors"),
+    "tune": (tune.main, "search for better parameters of the fused cost"),
 }
 
 
@@ -23,7 +25,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     argv = sys.argv[1:] if argv is None else argv
     parser = Parser(
         prog="golden", description="The reference model of the stereo matcher.", formatter_class=argparse.RawDescriptionHelpFormatter,
-        epilog="\n".join(f"  {name:10}{what}; see golden {name} --help" for name, (_, what) in COMMANDS.items()))
+        epilog="\n".join(f"  {name:16}{what}; see golden {name} --help" for name, (_, what) in COMMANDS.items()))
     parser.add_argument("command", choices=COMMANDS, metavar="|".join(COMMANDS), help="what to do")
 
     def run(head: Sequence[str] | None) -> int:

@@ -1,17 +1,28 @@
 """What the command lines share: parser, matcher options, console and progress on stderr."""
 
 import argparse
+import contextlib
 import dataclasses
+from collections.abc import Iterator
+from pathlib import Path
 from typing import Any, NoReturn
 
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 
-from .config import Arithmetic, Engine, MatcherConfig
+from .config import FUSED_1, Arithmetic, Cost, Engine, MatcherConfig, Refinement
 from .errors import UserError
+from .parameters import read_parameters
 
 
-__all__ = ["Parser", "add_gateware_options", "add_matcher_options", "gateware_config", "matcher_config", "progress"]
+__all__ = ["STAGES", "Parser", "add_gateware_options", "add_matcher_options", "add_method_options", "add_minimum_option", "gateware_config",
+           "matcher_config", "method_config", "progress"]
+
+
+# Options of the refinement that can be switched each by itself, and what they switch.
+STAGES = {"check": "left-right check", "fill": "fill of the pixels that fail the check", "median": "median of 5x5 disparities"}
+
+WEIGHTS = {"u1": "left", "u2": "upper", "u3": "lower"}  # and the neighbour of each
 
 
 class Parser(argparse.ArgumentParser):
@@ -28,16 +39,20 @@ class Parser(argparse.ArgumentParser):
 
 
 def add_matcher_options(parser: argparse.ArgumentParser, default: Arithmetic | None = Arithmetic.THESIS,
-                        otherwise: str = "all three") -> None:
-    """Add ``--arithmetic --fraction-bits --u1 --u2 --u3``; with ``default`` ``None`` no arithmetic means ``otherwise``."""
-    weights = MatcherConfig.u1, MatcherConfig.u2, MatcherConfig.u3
+                        otherwise: str = "all three", fused: bool = False) -> None:
+    """Add ``--arithmetic --fraction-bits --u1 --u2 --u3``; with ``default`` ``None`` no arithmetic means ``otherwise``.
+
+    Numbers that are not given are ``None``: their default depends on the cost. ``fused`` says that ``--cost fused`` is an option too.
+    """
     parser.add_argument("--arithmetic", type=Arithmetic, choices=list(Arithmetic), default=default, metavar="float|thesis|linear",
                         help=f"number formats (default: {default or otherwise})")
-    parser.add_argument("--fraction-bits", type=int, default=MatcherConfig.fraction_bits, metavar="Q",
-                        help="fraction bits of the slopes, 0 to 4; linear arithmetic only (default: %(default)s)")
-    for name, weight, neighbour in zip(("--u1", "--u2", "--u3"), weights, ("left", "upper", "lower"), strict=True):
-        parser.add_argument(name, type=int, default=weight, metavar="U",
-                            help=f"weight of the {neighbour} neighbour, grey levels a pixel of disparity, 0 to 63 (default: %(default)s)")
+    parser.add_argument("--fraction-bits", type=int, metavar="Q",
+                        help=f"fraction bits of the slopes, 0 to 4; linear arithmetic only (default: {MatcherConfig.fraction_bits})")
+    for name, neighbour in WEIGHTS.items():
+        default_of_fused = f"; with --cost fused {getattr(FUSED_1, name)}, in eighths of its cost" if fused else ""
+        parser.add_argument(f"--{name}", type=int, metavar="U", help=(
+            f"weight of the {neighbour} neighbour, grey levels a pixel of disparity, 0 to 63 "
+            f"(default: {getattr(MatcherConfig, name)}{default_of_fused})"))
 
 
 def matcher_config(options: argparse.Namespace, disparities: int, arithmetic: Arithmetic | None = None,
@@ -51,12 +66,88 @@ def matcher_config(options: argparse.Namespace, disparities: int, arithmetic: Ar
     >>> matcher_config(parser.parse_args(["--u3", "7"]), 16).weights
     (15, 10, 7)
     """
+    with _parameters_are_options():
+        return MatcherConfig(disparities=disparities, arithmetic=arithmetic or options.arithmetic, max_width=max_width,
+                             minimum=getattr(options, "minimum", 0), **_given(options, "fraction_bits", *WEIGHTS))
+
+
+@contextlib.contextmanager
+def _parameters_are_options() -> Iterator[None]:
+    """Turn the complaint of a configuration into :class:`UserError`: it names a parameter, and the option carries the same name."""
     try:
-        return MatcherConfig(
-            disparities=disparities, arithmetic=arithmetic or options.arithmetic, fraction_bits=options.fraction_bits,
-            u1=options.u1, u2=options.u2, u3=options.u3, max_width=max_width)
-    except ValueError as error:  # it names the parameter, its limits and the value: the option carries the same name
+        yield
+    except ValueError as error:
         raise UserError(f"--{str(error).replace('_', '-', 1)}; choose a value in that range") from None
+
+
+def _given(options: argparse.Namespace, *names: str) -> dict[str, Any]:
+    """Those of the options that are given."""
+    return {name: value for name in names if (value := getattr(options, name)) is not None}
+
+
+def add_method_options(parser: argparse.ArgumentParser, cost: Cost = Cost.THESIS, thesis: str = str(Arithmetic.THESIS)) -> None:
+    """Add ``--cost``, the switches of the refinement and the options of :func:`add_matcher_options`, for :func:`method_config`.
+
+    Parameters
+    ----------
+    cost : Cost
+        Default of ``--cost``.
+    thesis : str
+        What help says of the arithmetic of the cost ``THESIS`` where none is given.
+    """
+    parser.add_argument("--cost", type=Cost, choices=list(Cost), default=cost, metavar="thesis|fused", help=(
+        "matching cost of the thesis; or fused with a census, summed over a support and refined after the rule (default: %(default)s)"))
+    parser.add_argument("--parameters", type=Path, metavar="FILE", help="parameters of the fused cost, of golden tune (default: fused-1)")
+    parser.add_argument("--refine", action=argparse.BooleanOptionalAction, help="all stages of the refinement or none (default: all)")
+    for name, what in STAGES.items():
+        parser.add_argument(f"--{name}", action=argparse.BooleanOptionalAction, help=f"{what}, whatever --refine says of the others")
+    parser.add_argument("--sub-pixel", action="store_true", help="three fraction bits of disparity")
+    add_matcher_options(parser, default=None, otherwise=f"{thesis}; with --cost fused linear", fused=True)
+
+
+def add_minimum_option(parser: argparse.ArgumentParser) -> None:
+    """Add ``--minimum``, the least disparity."""
+    limits = MatcherConfig.MINIMUMS
+    parser.add_argument("--minimum", type=int, default=MatcherConfig.minimum, metavar="M", help=(
+        f"least disparity, pixels, {limits[0]} to {limits[-1]}: N disparities are M .. M + N - 1 (default: %(default)s)"))
+
+
+def method_config(options: argparse.Namespace, disparities: int, arithmetic: Arithmetic = Arithmetic.THESIS) -> MatcherConfig:
+    """The configuration that the options of :func:`add_method_options` ask for; :class:`UserError` if it cannot be.
+
+    Parameters
+    ----------
+    arithmetic : Arithmetic
+        Of the cost ``THESIS`` where none is given.
+
+    Examples
+    --------
+    >>> parser = Parser()
+    >>> add_method_options(parser)
+    >>> config = method_config(parser.parse_args(["--cost", "fused", "--no-fill", "--u3", "7"]), 16)
+    >>> config.weights, config.refinement
+    ((17, 30, 7), Refinement(check=True, fill=False, median=True, sub_pixel=False))
+    """
+    if options.cost is Cost.THESIS:
+        switches = {name: value for name in ("refine", *STAGES) if (value := getattr(options, name)) is not None}
+        given = [name if value else f"no-{name}" for name, value in switches.items()] + ["sub-pixel"] * options.sub_pixel
+        given += ["parameters"] * (options.parameters is not None)
+        if given:
+            raise UserError(f"--{given[0]} belongs to the cost fused; choose --cost fused or leave it out")
+        return matcher_config(options, disparities, options.arithmetic or arithmetic)
+
+    if options.arithmetic not in (None, Arithmetic.LINEAR):
+        raise UserError(f"--arithmetic {options.arithmetic} cannot make the fused cost; choose --arithmetic linear or --cost thesis")
+    if options.fraction_bits is not None:
+        raise UserError(f"--fraction-bits {options.fraction_bits} belongs to the cost thesis; leave it out or choose --cost thesis")
+    stages = {name: options.refine is not False if getattr(options, name) is None else getattr(options, name) for name in STAGES}
+    if options.fill and not stages["check"]:
+        raise UserError("--fill has nothing to do without the left-right check; add --check or leave --fill out")
+    params = read_parameters(options.parameters) if options.parameters else FUSED_1
+    with _parameters_are_options():
+        return MatcherConfig(
+            disparities=disparities, arithmetic=Arithmetic.LINEAR, cost=Cost.FUSED, minimum=getattr(options, "minimum", 0),
+            fused=dataclasses.replace(params, **_given(options, *WEIGHTS)), refinement=Refinement(**stages, sub_pixel=options.sub_pixel))
 
 
 def add_gateware_options(parser: argparse.ArgumentParser) -> None:

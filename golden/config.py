@@ -1,10 +1,13 @@
 """The parameters of the matcher: the vocabulary that golden model, gateware, benches and builds share."""
 
 import enum
+from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import ClassVar
 
 
-__all__ = ["Arithmetic", "Engine", "IN_USE_BITS", "MatcherConfig", "PIXEL_BITS", "PIXEL_MAX", "WEIGHT_BITS", "WEIGHT_MAX"]
+__all__ = ["Arithmetic", "Cost", "Engine", "FUSED_1", "FusedParameters", "IN_USE_BITS", "MatcherConfig", "PIXEL_BITS", "PIXEL_MAX", "Refinement",
+           "WEIGHT_BITS", "WEIGHT_MAX"]
 
 
 PIXEL_BITS = 8
@@ -16,6 +19,26 @@ WEIGHT_MAX = 2**WEIGHT_BITS - 1
 
 # Labels in use: up to 256.
 IN_USE_BITS = 9
+
+
+def _check(parameters: object, limits: Mapping[str, range]) -> None:
+    """:class:`ValueError` unless each named attribute is a whole number within its limits."""
+    for name, allowed in limits.items():
+        value = getattr(parameters, name)
+        if not isinstance(value, int) or value not in allowed:
+            odd = "odd " if allowed.step == 2 else ""
+            raise ValueError(f"{name} must be {'an ' if odd else 'a '}{odd}whole number from {allowed[0]} to {allowed[-1]}, not {value!r}")
+
+
+class Cost(enum.StrEnum):
+    """What a label costs at a pixel, hence which method.
+
+    ``THESIS``: the matching cost ``E`` of equation (2-12).
+    ``FUSED``: ``E`` fused with a census distance, summed over a support along the line; check, fill and median follow the rule.
+    ``LINEAR`` arithmetic only.
+    """
+    THESIS = "thesis"
+    FUSED = "fused"
 
 
 class Arithmetic(enum.StrEnum):
@@ -42,19 +65,128 @@ class Engine(enum.StrEnum):
 
 
 @dataclass(frozen=True)
+class FusedParameters:
+    """Parameters of the cost ``FUSED`` and of the refinement behind it; the defaults are the set :data:`FUSED_1`.
+
+    Parameters
+    ----------
+    truncation : int
+        Largest matching cost ``E`` that counts, half grey levels, ``0..1023``.
+    cost_factor, census_weight, cost_shift : int
+        ``C = (cost_factor * min(E, truncation) + census_weight * H) >> cost_shift`` (floor); ``0..15``, ``0..127``, ``0..7``.
+    cost_outside : int
+        ``C`` of a candidate whose right pixel lies outside the picture, ``0..255``.
+    census_rows, census_columns : int
+        Window of the census, pixels; odd, up to 7 and 9.
+    arm_threshold : int
+        Grey levels by which a pixel of the support may differ from its centre, ``0..255``.
+    reach : int
+        Longest arm of the support, pixels, ``0..31``.
+    u1, u2, u3 : int
+        Weights of the neighbours, ``2**-energy_shift`` of a unit of ``C`` a pixel of disparity, ``0..63``; defaults of inputs.
+    energy_shift : int
+        Fraction bits of the weights: a support sum ``S`` enters the energy as ``S << energy_shift``; ``0..4``.
+    tolerance : int
+        Largest difference of left and right view that passes the check, pixels, ``0..7``.
+    median : int
+        Side of the median's window, pixels; 3 or 5.
+    """
+    truncation: int = 156
+    cost_factor: int = 4
+    census_weight: int = 47
+    cost_shift: int = 4
+    cost_outside: int = 30
+    census_rows: int = 5
+    census_columns: int = 7
+    arm_threshold: int = 10
+    reach: int = 16
+    u1: int = 17
+    u2: int = 30
+    u3: int = 22
+    energy_shift: int = 3
+    tolerance: int = 1
+    median: int = 5
+
+    COST_MAX: ClassVar[int] = 255  # eight bits a cost, in memories and between labels
+    LIMITS: ClassVar[Mapping[str, range]] = {
+        "truncation": range(1024), "cost_factor": range(16), "census_weight": range(128), "cost_shift": range(8),
+        "cost_outside": range(COST_MAX + 1), "census_rows": range(1, 8, 2), "census_columns": range(1, 10, 2),
+        "arm_threshold": range(PIXEL_MAX + 1), "reach": range(32), "u1": range(WEIGHT_MAX + 1), "u2": range(WEIGHT_MAX + 1),
+        "u3": range(WEIGHT_MAX + 1), "energy_shift": range(5), "tolerance": range(8), "median": range(3, 6, 2),
+    }
+
+    def __post_init__(self) -> None:
+        _check(self, self.LIMITS)
+        if self.cost_max > self.COST_MAX:
+            raise ValueError(f"the fused cost reaches {self.cost_max}, more than the {self.COST_MAX} that its 8 bits hold; "
+                             "choose a smaller truncation, cost_factor or census_weight, or a greater cost_shift")
+
+    @property
+    def neighbours(self) -> int:
+        """Bits of a census, hence the largest Hamming distance ``H``: the pixels of the window but the centre."""
+        return self.census_rows * self.census_columns - 1
+
+    @property
+    def cost_max(self) -> int:
+        """Largest fused cost ``C``."""
+        inside = self.cost_factor * self.truncation + self.census_weight * self.neighbours >> self.cost_shift
+        return max(inside, self.cost_outside)
+
+    @property
+    def support_max(self) -> int:
+        """Most pixels ``n`` of a support."""
+        return 2 * self.reach + 1
+
+    @property
+    def sum_max(self) -> int:
+        """Largest support sum ``S``."""
+        return self.support_max * self.cost_max
+
+    @property
+    def slope_max(self) -> int:
+        """Largest slope of a smoothness term: ``dI = 0``, the greatest weight and the widest support."""
+        return self.support_max * WEIGHT_MAX
+
+
+FUSED_1 = FusedParameters()  # the named default fused-1
+
+
+@dataclass(frozen=True)
+class Refinement:
+    """Which stages follow the rule; cost ``FUSED`` only. A stage that is off hands its input on.
+
+    Parameters
+    ----------
+    check : bool
+        Left-right check; off, every pixel passes.
+    fill : bool
+        Pixels that fail the check take a disparity from their line.
+    median : bool
+        Median of the disparities.
+    sub_pixel : bool
+        Disparities get three fraction bits between check and fill.
+    """
+    check: bool = True
+    fill: bool = True
+    median: bool = True
+    sub_pixel: bool = False
+
+
+@dataclass(frozen=True)
 class MatcherConfig:
     """Size and arithmetic of a matcher.
 
     Parameters
     ----------
     disparities : int
-        Number of labels ``D``; disparities are ``0 .. D-1`` pixels.
+        Number of labels ``D``; disparities are ``minimum .. minimum + D-1`` pixels.
     arithmetic : Arithmetic
         Number formats.
     fraction_bits : int
         Fraction bits ``q`` of the slopes; read by ``LINEAR`` only.
     u1, u2, u3 : int
         Weights of the left, upper and lower neighbour, in grey levels a pixel of disparity. Build-time defaults of the gateware's inputs.
+        Read by the cost ``THESIS`` only.
     in_use : int or None
         Labels in use, ``0 .. in_use - 1``: those above cost what a candidate outside the picture does. ``None``: all. Build-time default
         of the gateware's input.
@@ -62,6 +194,14 @@ class MatcherConfig:
         Longest line, in pixels, that the gateware's memories hold.
     engine : Engine
         Which gateware.
+    cost : Cost
+        What a label costs; ``FUSED`` asks for the arithmetic ``LINEAR``.
+    fused : FusedParameters
+        Read by the cost ``FUSED`` only.
+    refinement : Refinement
+        Stages behind the rule; read by the cost ``FUSED`` only.
+    minimum : int
+        Least disparity ``m``, pixels: label ``l`` is the disparity ``m + l``.
     """
     disparities: int = 80
     arithmetic: Arithmetic = Arithmetic.THESIS
@@ -72,34 +212,38 @@ class MatcherConfig:
     in_use: int | None = None
     max_width: int = 720
     engine: Engine = Engine.SEQUENTIAL
+    cost: Cost = Cost.THESIS
+    fused: FusedParameters = FUSED_1
+    refinement: Refinement = Refinement()
+    minimum: int = 0
 
     DISPARITIES = range(2, 257)
     SEQUENTIAL_DISPARITIES = range(2, 129)
     FRACTION_BITS = range(0, 5)
     WIDTHS = range(1, 4097)
+    MINIMUMS = range(256)
 
     def __post_init__(self):
-        for name, value, limits in (
-            ("disparities", self.disparities, self.DISPARITIES),
-            ("fraction_bits", self.fraction_bits, self.FRACTION_BITS),
-            ("max_width", self.max_width, self.WIDTHS),
-            ("u1", self.u1, range(WEIGHT_MAX + 1)),
-            ("u2", self.u2, range(WEIGHT_MAX + 1)),
-            ("u3", self.u3, range(WEIGHT_MAX + 1)),
-        ):
-            if not isinstance(value, int) or value not in limits:
-                raise ValueError(f"{name} must be a whole number from {limits[0]} to {limits[-1]}, not {value!r}")
-        if self.in_use is not None and (not isinstance(self.in_use, int) or not 1 <= self.in_use <= self.disparities):
-            raise ValueError(f"in_use must be a whole number from 1 to disparities, {self.disparities}, not {self.in_use!r}")
+        weight = range(WEIGHT_MAX + 1)
+        _check(self, {
+            "disparities": self.DISPARITIES, "fraction_bits": self.FRACTION_BITS, "max_width": self.WIDTHS, "minimum": self.MINIMUMS,
+            "u1": weight, "u2": weight, "u3": weight,
+        })
+        if self.in_use is not None:
+            _check(self, {"in_use": range(1, self.disparities + 1)})
         object.__setattr__(self, "arithmetic", Arithmetic(self.arithmetic))
         object.__setattr__(self, "engine", Engine(self.engine))
+        object.__setattr__(self, "cost", Cost(self.cost))
         if self.engine is Engine.STREAMING and self.arithmetic is not Arithmetic.LINEAR:
             raise ValueError(f"engine streaming computes the arithmetic linear only, not {self.arithmetic}")
+        if self.cost is Cost.FUSED and self.arithmetic is not Arithmetic.LINEAR:
+            raise ValueError(f"cost fused is made from the arithmetic linear only, not {self.arithmetic}")
 
     @property
     def weights(self):
-        """``(u1, u2, u3)``."""
-        return self.u1, self.u2, self.u3
+        """``(u1, u2, u3)`` of the cost."""
+        source = self.fused if self.cost is Cost.FUSED else self
+        return source.u1, source.u2, source.u3
 
     @property
     def labels_in_use(self) -> int:
@@ -108,7 +252,9 @@ class MatcherConfig:
 
     @property
     def energy_shift(self):
-        """Fraction bits of the integer energies: the matching cost enters them as ``E << energy_shift``."""
+        """Fraction bits of the integer energies: the matching cost, or the support sum, enters them shifted left by this."""
+        if self.cost is Cost.FUSED:
+            return self.fused.energy_shift
         return self.fraction_bits if self.arithmetic is Arithmetic.LINEAR else 0
 
     @property
@@ -143,6 +289,8 @@ class MatcherConfig:
     @property
     def slope_max(self):
         """Largest slope of a smoothness term (LINEAR): ``dI = 0`` and the greatest weight."""
+        if self.cost is Cost.FUSED:
+            return self.fused.slope_max
         return 2 * WEIGHT_MAX << self.fraction_bits
 
     @property
@@ -154,7 +302,8 @@ class MatcherConfig:
     @property
     def energy_max(self):
         """Largest energy that the rule compares."""
-        return (self.cost_outside << self.energy_shift) + 3 * self.smooth_max
+        data = self.fused.sum_max if self.cost is Cost.FUSED else self.cost_outside
+        return (data << self.energy_shift) + 3 * self.smooth_max
 
     @property
     def energy_bits(self) -> int:

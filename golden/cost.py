@@ -6,7 +6,43 @@ from numpy.lib.stride_tricks import sliding_window_view
 from .config import Arithmetic, MatcherConfig
 
 
-__all__ = ["cost_energy", "edata", "local_disparity", "matching_cost", "sub_pixel_buffers", "sub_pixels"]
+__all__ = ["cost_energy", "delayed", "edata", "local_disparity", "matching_cost", "outside", "sub_pixel_buffers", "sub_pixels"]
+
+
+def delayed(right, minimum):
+    """The right picture moved to the right by the least disparity, so that label 0 meets its match; the first pixel is repeated.
+
+    The last ``minimum`` columns are lost: no pixel of the left picture matches them.
+
+    Parameters
+    ----------
+    right : (H, W) ndarray
+        Grey levels.
+    minimum : int
+        Pixels.
+
+    Returns
+    -------
+    (H, W) ndarray
+
+    Examples
+    --------
+    >>> delayed(np.array([[5, 6, 7, 8]]), 2).tolist()
+    [[5, 5, 5, 6]]
+    """
+    right = np.asarray(right)
+    return right[:, np.maximum(np.arange(right.shape[1]) - minimum, 0)]
+
+
+def outside(width, config: MatcherConfig):
+    """Which candidates have their right pixel outside the picture, those of a disparity greater than ``x``, or are not in use.
+
+    Returns
+    -------
+    (W, D) bool ndarray
+    """
+    label = np.arange(config.disparities)
+    return (label + config.minimum > np.arange(width)[:, None]) | (label >= config.labels_in_use)
 
 
 def sub_pixels(picture, config: MatcherConfig):
@@ -101,12 +137,12 @@ def edata(costs):
 
 
 def matching_cost(left, right, config: MatcherConfig):
-    """Matching cost ``E(x, y, d)`` of every pixel and disparity, equation (2-12).
+    """Matching cost ``E(x, y, d)`` of every pixel and label, equation (2-12).
 
     Parameters
     ----------
     left, right : (H, W) integer ndarray
-        Grey levels ``0..255``; ``left[y, x]`` matches ``right[y, x - d]``.
+        Grey levels ``0..255``; ``left[y, x]`` matches ``right[y, x - d]``, where ``d`` is the label plus ``config.minimum``.
 
     Returns
     -------
@@ -117,13 +153,13 @@ def matching_cost(left, right, config: MatcherConfig):
     """
     height, width = np.shape(left)
     labels = config.disparities
-    left_parts, right_parts = sub_pixels(left, config), sub_pixels(right, config)
-    outside = np.arange(labels) > np.minimum(np.arange(width), config.labels_in_use - 1)[:, None]
+    left_parts, right_parts = sub_pixels(left, config), sub_pixels(delayed(right, config.minimum), config)
+    beyond = outside(width, config)
     cost = np.empty((height, width, labels), dtype=left_parts[0].dtype)
     for y in range(height):
         windows = [sub_pixel_buffers(part[y], labels) for part in right_parts]
         cost[y] = edata(cost_energy([part[y, :, None] for part in left_parts], windows))
-        cost[y][outside] = config.cost_outside
+        cost[y][beyond] = config.cost_outside
     return cost
 
 

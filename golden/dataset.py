@@ -1,6 +1,8 @@
 """Stereo pairs with ground truth: the four of the Middlebury benchmark, and one that scikit-image carries."""
 
+import json
 import os
+from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -12,7 +14,7 @@ from .errors import UserError
 from .images import grey, read_disparity, read_pair, read_picture
 
 
-__all__ = ["MASKS", "PAIRS", "StereoPair", "data_folder", "load_pair", "motorcycle"]
+__all__ = ["MASKS", "PAIRS", "StereoPair", "data_folder", "load_pair", "motorcycle", "pairs_in"]
 
 
 # Name: (number of disparities, units of the disparity picture a pixel), both given by the benchmark.
@@ -68,14 +70,48 @@ def load_pair(folder: str | os.PathLike[str], name: str) -> StereoPair:
         One of :data:`PAIRS`.
     """
     disparities, scale = PAIRS[name]
-    files = Path(folder) / name
+    return _load(Path(folder) / name, MASKS, scale, disparities)
+
+
+def pairs_in(path: str | os.PathLike[str]) -> list[StereoPair]:
+    """All pairs of a folder, in the order of their names: those of its folders that hold ``left.png``, or the folder itself if it does.
+
+    A pair is as :func:`load_pair` has it, whatever its name: ``meta.json`` tells ``scale`` and, if it holds ``disp_range``, the least and
+    the greatest disparity; else what covers the truth is searched. Masks may be missing; without any, all pixels of known truth count.
+    """
+    path = Path(path)
+    if not path.is_dir():
+        raise UserError(f"the folder {path} does not exist; name one that holds pairs")
+    folders = [path] if (path / "left.png").exists() else sorted(each.parent for each in path.glob("*/left.png"))
+    if not folders:
+        raise UserError(f"the folder {path} holds no pair; name one whose folders hold left.png, right.png, disp_left.png and meta.json")
+    result = []
+    for files in folders:
+        try:
+            meta = json.loads((files / "meta.json").read_text(encoding="utf-8"))
+            scale, greatest = float(meta["scale"]), meta.get("disp_range", (0, None))[1]
+            disparities = None if greatest is None else int(greatest) + 1
+        except (OSError, ValueError, KeyError, TypeError, IndexError, AttributeError) as error:
+            raise UserError(f"{files / 'meta.json'} does not tell the scale of the disparities ({error!r}); "
+                            'write {"scale": units a pixel} into it') from error
+        if not scale > 0:
+            raise UserError(f"{files / 'meta.json'} has the scale {scale:g}, which is not above 0; correct it")
+        result.append(_load(files, [mask for mask in MASKS if (files / f"{mask}.png").exists()], scale, disparities))
+    return result
+
+
+def _load(files: Path, names: Iterable[str], scale: float, disparities: int | None) -> StereoPair:
+    """The pair in a folder with the masks ``names``; see :func:`pairs_in` where there are none, and where ``disparities`` is ``None``."""
     left, right = read_pair(files / "left.png", files / "right.png")
     truth = read_disparity(files / "disp_left.png", scale)
-    masks = {mask: read_picture(files / f"{mask}.png") == 255 for mask in MASKS}
+    masks = {mask: read_picture(files / f"{mask}.png") == 255 for mask in names}
     for what, array in (("disp_left.png", truth), *((f"{mask}.png", array) for mask, array in masks.items())):
         if array.shape != left.shape:
             raise UserError(f"{files / what} and left.png differ in size: {array.shape} and {left.shape}; restore the data folder")
-    return StereoPair(name, left, right, truth, masks, disparities)
+    known = np.isfinite(truth)
+    if not known.any():
+        raise UserError(f"{files / 'disp_left.png'} holds no known disparity; restore the data folder")
+    return StereoPair(files.name, left, right, truth, masks or {"known": known}, disparities or int(np.ceil(truth[known].max())) + 1)
 
 
 def _blocks(picture: NDArray[Any], factor: int) -> NDArray[Any]:

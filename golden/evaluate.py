@@ -1,6 +1,9 @@
 """`python -m golden evaluate`: bad pixels on the Middlebury benchmark."""
 
+import argparse
+import dataclasses
 import json
+import math
 from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 from typing import Any
@@ -8,12 +11,12 @@ from typing import Any
 from rich.console import Console
 from rich.table import Table
 
-from .cli import Parser, add_matcher_options, matcher_config, progress
-from .config import Arithmetic, MatcherConfig
+from .cli import STAGES, Parser, add_method_options, method_config, progress
+from .config import Arithmetic, Cost, MatcherConfig, Refinement
 from .dataset import MASKS, PAIRS, StereoPair, data_folder, load_pair
-from .errors import run_cli
+from .errors import UserError, run_cli
 from .files import atomic, check_output
-from .labelling import match
+from .matcher import disparities as match
 from .metrics import bad_pixels
 
 
@@ -21,9 +24,10 @@ __all__ = ["average", "evaluate", "main", "table"]
 
 
 Figures = dict[str, dict[str, float]]
+Configure = Callable[[int], MatcherConfig]
 
 
-def evaluate(pairs: Iterable[StereoPair], configure: Callable[[int], MatcherConfig]) -> Figures:
+def evaluate(pairs: Iterable[StereoPair], configure: Configure, threshold: float = 1.0) -> Figures:
     """Percentage of bad pixels of every pair, for each of its masks.
 
     Parameters
@@ -31,6 +35,8 @@ def evaluate(pairs: Iterable[StereoPair], configure: Callable[[int], MatcherConf
     pairs : iterable of StereoPair
     configure : callable
         Gives the configuration for a number of disparities.
+    threshold : float
+        Pixels; of :func:`golden.metrics.bad_pixels`.
 
     Returns
     -------
@@ -40,7 +46,7 @@ def evaluate(pairs: Iterable[StereoPair], configure: Callable[[int], MatcherConf
     result = {}
     for pair in pairs:
         labels = match(pair.left, pair.right, configure(pair.disparities))
-        result[pair.name] = {name: bad_pixels(labels, pair.truth, mask) for name, mask in pair.masks.items()}
+        result[pair.name] = {name: bad_pixels(labels, pair.truth, mask, threshold) for name, mask in pair.masks.items()}
     return result
 
 
@@ -56,16 +62,16 @@ def average(figures: Figures) -> float:
     return sum(values) / len(values)
 
 
-def table(rows: dict[str, Figures]) -> Table:
-    """The figures for reading: a block of lines for each arithmetic, in percent to two decimals."""
-    result = Table(title="Bad pixels: off by more than 1 pixel, percent")
-    result.add_column("arithmetic")
+def table(rows: dict[str, Figures], threshold: float = 1.0, column: str = "arithmetic") -> Table:
+    """The figures for reading: a block of lines for each row, in percent to two decimals."""
+    result = Table(title=f"Bad pixels: off by more than {threshold:g} pixel, percent")
+    result.add_column(column)
     result.add_column("pair")
     for mask in MASKS:
         result.add_column(mask, justify="right")
-    for arithmetic, figures in rows.items():
+    for name, figures in rows.items():
         for number, (pair, of_pair) in enumerate(figures.items()):
-            result.add_row("" if number else arithmetic, pair, *(f"{of_pair[mask]:.2f}" for mask in MASKS))
+            result.add_row("" if number else name, pair, *(f"{of_pair[mask]:.2f}" for mask in MASKS))
         count = sum(map(len, figures.values()))
         result.add_row("", f"average of {count}", "", "", f"{average(figures):.2f}", end_section=True)
     return result
@@ -73,43 +79,76 @@ def table(rows: dict[str, Figures]) -> Table:
 
 def parser() -> Parser:
     """The arguments of the command."""
-    result = Parser(prog="golden evaluate", description="Bad pixels of the golden model on the four pairs of the Middlebury benchmark.")
+    result = Parser(prog="golden evaluate", description=(
+        "Bad pixels of the golden model on the four pairs of the Middlebury benchmark. With --cost fused and no switch the rule alone and "
+        "all stages of the refinement are shown; with --sub-pixel whole disparities and those with a fraction."))
     result.add_argument("--data", type=Path, metavar="DIR",
                         help=f"folder that holds {', '.join(PAIRS)} (default: $STEREO_DATA, else ../shared/data/middlebury)")
-    add_matcher_options(result, default=None)
+    add_method_options(result, thesis="all three")
+    result.add_argument("--threshold", type=float, default=1.0, metavar="PIXELS", help="a greater error is bad (default: %(default)s)")
     result.add_argument("--json", type=Path, metavar="FILE", help="write the figures there too, percent; suffix .json")
     return result
+
+
+def _stages(refinement: Refinement) -> str:
+    """Words for the stages that are on."""
+    on = [name for name in STAGES if getattr(refinement, name)]
+    words = ["refined"] if len(on) == len(STAGES) else on or ["rule alone"]
+    return " + ".join([*words, "sub-pixel"] if refinement.sub_pixel else words)
+
+
+def _rows(options: argparse.Namespace) -> dict[str, Configure]:
+    """What the options ask for: the configuration of every row, for a number of disparities."""
+    if options.cost is Cost.THESIS:
+        def thesis(arithmetic: Arithmetic) -> Configure:
+            return lambda disparities: method_config(options, disparities, arithmetic)
+
+        return {str(each): thesis(each) for each in ([options.arithmetic] if options.arithmetic else Arithmetic)}
+
+    def fused(refinement: Refinement) -> Configure:
+        return lambda disparities: dataclasses.replace(method_config(options, disparities), refinement=refinement)
+
+    asked = method_config(options, MatcherConfig.DISPARITIES[0]).refinement
+    whole = dataclasses.replace(asked, sub_pixel=False)
+    alone = Refinement(check=False, fill=False, median=False)
+    by_default = all(getattr(options, name) is None for name in ("refine", *STAGES))
+    # Each once, in this order.
+    return {_stages(each): fused(each) for each in ([alone] if by_default else []) + [whole, asked]}
 
 
 def run(argv: Sequence[str] | None) -> None:
     """The command; :class:`UserError` on bad input."""
     options = parser().parse_args(argv)
-    arithmetics = [options.arithmetic] if options.arithmetic else list(Arithmetic)
-    matcher_config(options, max(disparities for disparities, _ in PAIRS.values()), arithmetics[0])
+    if not (math.isfinite(options.threshold) and options.threshold >= 0):
+        raise UserError(f"--threshold must be a number of pixels from 0, not {options.threshold}; choose such a number")
+    rows = _rows(options)
+    sample = [configure(max(disparities for disparities, _ in PAIRS.values())) for configure in rows.values()]
     output = check_output(options.json, (".json",), option="--json") if options.json else None
     folder = data_folder(options.data)
     pairs = [load_pair(folder, name) for name in PAIRS]
 
-    rows: dict[str, Figures] = {}
+    results: dict[str, Figures] = {}
     with progress() as bar:
-        task = bar.add_task("", total=len(arithmetics) * len(pairs))
-        for arithmetic in arithmetics:
-            def configure(disparities: int, arithmetic: Arithmetic = arithmetic) -> MatcherConfig:
-                return matcher_config(options, disparities, arithmetic)
-
-            rows[arithmetic.value] = {}
+        task = bar.add_task("", total=len(rows) * len(pairs))
+        for name, configure in rows.items():
+            results[name] = {}
             for pair in pairs:
-                bar.update(task, description=f"{arithmetic} {pair.name}")
-                rows[arithmetic.value].update(evaluate([pair], configure))
+                bar.update(task, description=f"{name} {pair.name}")
+                results[name].update(evaluate([pair], configure, options.threshold))
                 bar.advance(task)
 
     if output:
-        settings = {name: getattr(options, name) for name in ("fraction_bits", "u1", "u2", "u3")}
-        document: dict[str, Any] = {"unit": "percent of pixels off by more than 1 pixel", **settings, "rows": [
-            {"arithmetic": arithmetic, "average": average(figures), "pairs": figures} for arithmetic, figures in rows.items()]}
+        one = sample[0]  # rows differ in arithmetic or in stages only
+        document: dict[str, Any] = {
+            "unit": f"percent of pixels off by more than {options.threshold:g} pixel", "cost": one.cost,
+            "fraction_bits": one.fused.energy_shift if one.cost is Cost.FUSED else one.fraction_bits,
+            **dict(zip(("u1", "u2", "u3"), one.weights, strict=True)),
+            "rows": [
+                {"arithmetic": config.arithmetic, **({"stages": name} if config.cost is Cost.FUSED else {}), "average": average(figures),
+                 "pairs": figures} for config, (name, figures) in zip(sample, results.items(), strict=True)]}
         with atomic(output) as file:
             file.write(f"{json.dumps(document, indent=2)}\n".encode())
-    Console().print(table(rows))
+    Console().print(table(results, options.threshold, "arithmetic" if options.cost is Cost.THESIS else "fused cost"))
 
 
 def main(argv: Sequence[str] | None = None) -> int:

@@ -2,12 +2,12 @@
 
 import numpy as np
 
-from .config import Arithmetic, MatcherConfig
-from .cost import local_disparity, matching_cost
+from .config import Arithmetic, Cost, MatcherConfig
+from .cost import delayed, local_disparity, matching_cost
 from .smooth import slope, smooth
 
 
-__all__ = ["cost_summation", "labelling", "labelling_plain", "match", "match_plain", "slopes", "transition"]
+__all__ = ["cost_summation", "labelling", "labelling_plain", "match", "match_plain", "scan", "slopes", "transition"]
 
 
 def slopes(left, config: MatcherConfig):
@@ -26,16 +26,72 @@ def slopes(left, config: MatcherConfig):
     horizontal = np.abs(np.diff(left, axis=1))
     vertical = np.abs(np.diff(left, axis=0))
     result = np.zeros((3, *left.shape), dtype=np.float64 if config.arithmetic is Arithmetic.FLOAT else np.int32)
-    result[0, :, 1:] = slope(horizontal, config.u1, config)
-    result[1, 1:, :] = slope(vertical, config.u2, config)
-    result[2, :-1, :] = slope(vertical, config.u3, config)
+    u1, u2, u3 = config.weights
+    result[0, :, 1:] = slope(horizontal, u1, config)
+    result[1, 1:, :] = slope(vertical, u2, config)
+    result[2, :-1, :] = slope(vertical, u3, config)
     return result
+
+
+def scan(cost, local, weights, scale=1, shift=0):
+    """Every pixel's label of least energy, given those of its left and upper neighbour: the fast core of the rule (2-15).
+
+    ``f`` needs its left and its upper neighbour only, so all pixels of an anti-diagonal are computed at once. The energy is
+    ``cost * scale`` plus ``(slope * |d - neighbour|) >> shift`` for each neighbour.
+
+    Parameters
+    ----------
+    cost : (H, W, D) ndarray
+    local : (H, W) integer ndarray
+        Local disparities, which the lower neighbour counts by; labels.
+    weights : (3, H, W) ndarray
+        Slopes to the left, upper and lower neighbour; 0 where it is outside the picture. float64 computes in float64.
+    scale, shift : int
+
+    Returns
+    -------
+    (H, W) int32 ndarray
+        Labels ``0 .. D-1``.
+    """
+    height, width, labels = cost.shape
+    number = np.float64 if np.result_type(weights) == np.float64 else np.int32
+    # Row p holds |d - p| for every d: one gather gives the distances of all labels from a neighbour's.
+    label = np.arange(labels)
+    distance = np.abs(label - label[:, None]).astype(number)
+
+    # A column of padding makes the step along an anti-diagonal of the flattened picture (stride - 1) positive for any width;
+    # it is also the left neighbour of column 0, with a slope of zero.
+    stride = width + 1
+    padding = ((0, 0), (1, 0))
+    below = np.zeros_like(local)
+    below[:-1] = local[1:]
+    below = np.pad(below, padding).ravel()
+    weight = [np.pad(part, padding).ravel() for part in weights]
+    result = np.zeros(stride * (height + 1), dtype=np.int32)  # the extra row stands above the picture
+
+    for diagonal in range(width + height - 1):
+        y0, y1 = max(0, diagonal - width + 1), min(height - 1, diagonal)
+        count = y1 - y0 + 1
+        # Pixel (x, y) of the picture is at y*stride + x + 1; so is its upper neighbour in `result`.
+        start = y0 * stride + (diagonal - y0) + 1
+        at = slice(start, start + count * (stride - 1), stride - 1)
+        source = slice(y0 * width + diagonal - y0, None, width - 1) if width > 1 else slice(y0, None)
+        energy = cost.reshape(-1, labels)[source][:count].astype(number)
+        energy *= scale
+        own = slice(start + stride, start + stride + count * (stride - 1), stride - 1)
+        before = slice(own.start - 1, own.stop - 1, own.step)
+        for neighbour, w in zip((result[before], result[at], below[at]), weight, strict=True):
+            term = distance[neighbour]
+            term *= w[at, None]
+            if shift:
+                term >>= shift
+            energy += term
+        result[own] = np.argmin(energy, axis=1)
+    return result.reshape(height + 1, stride)[1:, 1:].copy()
 
 
 def labelling(cost, local, left, config: MatcherConfig):
     """Disparity ``f(x, y)``, equation (2-15), of every pixel.
-
-    ``f`` needs its left and its upper neighbour only, so all pixels of an anti-diagonal are computed at once.
 
     Parameters
     ----------
@@ -49,44 +105,11 @@ def labelling(cost, local, left, config: MatcherConfig):
     Returns
     -------
     (H, W) int32 ndarray
-        Pixels, ``0 .. D-1``.
+        Labels ``0 .. D-1``.
     """
-    height, width, labels = cost.shape
-    number = np.float64 if config.arithmetic is Arithmetic.FLOAT else np.int32
-    floor = config.arithmetic is Arithmetic.THESIS
-    # Row p holds |d - p| for every d: one gather gives the distances of all labels from a neighbour's.
-    label = np.arange(labels)
-    distance = np.abs(label - label[:, None]).astype(number)
-
-    # A column of padding makes the step along an anti-diagonal of the flattened picture (stride - 1) positive for any width;
-    # it is also the left neighbour of column 0, with a slope of zero.
-    stride = width + 1
-    padding = ((0, 0), (1, 0))
-    below = np.zeros_like(local)
-    below[:-1] = local[1:]
-    below = np.pad(below, padding).ravel()
-    weight = [np.pad(part, padding).ravel() for part in slopes(left, config)]
-    result = np.zeros(stride * (height + 1), dtype=np.int32)  # the extra row stands above the picture
-
-    for diagonal in range(width + height - 1):
-        y0, y1 = max(0, diagonal - width + 1), min(height - 1, diagonal)
-        count = y1 - y0 + 1
-        # Pixel (x, y) of the picture is at y*stride + x + 1; so is its upper neighbour in `result`.
-        start = y0 * stride + (diagonal - y0) + 1
-        at = slice(start, start + count * (stride - 1), stride - 1)
-        source = slice(y0 * width + diagonal - y0, None, width - 1) if width > 1 else slice(y0, None)
-        energy = cost.reshape(-1, labels)[source][:count].astype(number)
-        energy *= config.energy_scale
-        own = slice(start + stride, start + stride + count * (stride - 1), stride - 1)
-        before = slice(own.start - 1, own.stop - 1, own.step)
-        for neighbour, w in zip((result[before], result[at], below[at]), weight, strict=True):
-            term = distance[neighbour]
-            term *= w[at, None]
-            if floor:
-                term >>= 8
-            energy += term
-        result[own] = np.argmin(energy, axis=1)
-    return result.reshape(height + 1, stride)[1:, 1:].copy()
+    # THESIS floors after the product with the disparity difference; the others' slopes are final.
+    shift = 8 if config.arithmetic is Arithmetic.THESIS else 0
+    return scan(cost, local, slopes(left, config), config.energy_scale, shift)
 
 
 def cost_summation(cost, s1, s2, s3, config: MatcherConfig):  # type: ignore[no-untyped-def]
@@ -134,7 +157,7 @@ def transition(energy, slope):  # type: ignore[no-untyped-def]
 
 
 def match(left, right, config: MatcherConfig):
-    """Disparities of a rectified pair, as the matcher of ``config`` computes them.
+    """Disparities of a rectified pair, as the matcher of ``config`` computes them; :func:`golden.fused.match` has the other cost.
 
     Parameters
     ----------
@@ -144,10 +167,12 @@ def match(left, right, config: MatcherConfig):
     Returns
     -------
     (H, W) int32 ndarray
-        Pixels, ``0 .. D-1``.
+        Pixels, ``config.minimum .. config.minimum + D-1``.
     """
+    if config.cost is not Cost.THESIS:
+        raise ValueError(f"this is the matcher of the cost thesis, not {config.cost}; take golden.fused.match")
     cost = matching_cost(left, right, config)
-    return labelling(cost, local_disparity(cost), left, config)
+    return labelling(cost, local_disparity(cost), left, config) + config.minimum
 
 
 def labelling_plain(cost, local, left, config: MatcherConfig):
@@ -178,7 +203,7 @@ def labelling_plain(cost, local, left, config: MatcherConfig):
 def match_plain(left, right, config: MatcherConfig):
     """:func:`match`, pixel by pixel, straight from the equations: for reading, and to test the fast version against."""
     height, width = np.shape(left)
-    left, right = (np.asarray(side).astype(int).tolist() for side in (left, right))
+    left, right = (np.asarray(side).astype(int).tolist() for side in (left, delayed(right, config.minimum)))
 
     def pixel(picture, x, y):
         return picture[min(max(y, 0), height - 1)][min(max(x, 0), width - 1)]
@@ -194,7 +219,7 @@ def match_plain(left, right, config: MatcherConfig):
                 return total
 
     def energy(x, y, d):
-        if d > x or d >= config.labels_in_use:
+        if d + config.minimum > x or d >= config.labels_in_use:
             return config.cost_outside
         return sum(
             abs(sub_pixel(left, x, y, dx, dy) - sub_pixel(right, x - d, y, dx, dy))
@@ -203,4 +228,4 @@ def match_plain(left, right, config: MatcherConfig):
 
     cost = np.array([[[energy(x, y, d) for d in range(config.disparities)] for x in range(width)] for y in range(height)])
     local = np.array([[min(range(config.disparities), key=line[x].__getitem__) for x in range(width)] for line in cost])
-    return labelling_plain(cost, local, np.asarray(left), config)
+    return labelling_plain(cost, local, np.asarray(left), config) + config.minimum

@@ -1,19 +1,21 @@
 """`python -m golden match`: disparities of a pair of pictures, in software."""
 
+import argparse
 import time
 from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
 
-from .cli import Parser, add_matcher_options, matcher_config, progress
-from .config import MatcherConfig
-from .cost import local_disparity, matching_cost
+from .cli import Parser, add_method_options, add_minimum_option, method_config
+from .confidence import CONFIDENCE_MAX
+from .config import Cost, MatcherConfig
 from .dataset import motorcycle
 from .errors import UserError, run_cli
 from .files import check_output
-from .images import LABEL_SUFFIXES, read_pair, write_labels
-from .labelling import labelling
+from .fused import match as match_fused
+from .images import LABEL_SUFFIXES, read_pair, write_labels, write_picture
+from .labelling import match as match_thesis
 from .metrics import bad_pixels
 
 
@@ -21,6 +23,16 @@ __all__ = ["main"]
 
 
 LIMITS = f"{MatcherConfig.DISPARITIES[0]} to {MatcherConfig.DISPARITIES[-1]}"
+
+
+BYTE_MAX = 255
+WIDE_SUFFIXES = (".npy", ".pfm")  # what holds more than bytes
+
+# What the second method tells beside the disparity.
+MAPS = {
+    "passed": "where the left-right check passed, 0 or 1",
+    "confidence": f"confidence of every disparity, 0 .. {CONFIDENCE_MAX}",
+}
 
 
 def parser() -> Parser:
@@ -33,10 +45,45 @@ def parser() -> Parser:
     result.add_argument("right", nargs="?", type=Path, metavar="RIGHT", help="right picture, of the same size")
     result.add_argument("--disparities", type=int, metavar="N",
                         help=f"number of disparities, {LIMITS}: 0 .. N-1 pixels (default without pictures: what covers the truth)")
-    add_matcher_options(result)
+    add_minimum_option(result)
+    add_method_options(result)
     result.add_argument("--output", type=Path, required=True, metavar="FILE",
                         help="disparities, pixels; the suffix decides: .npy labels, .png or .pgm 8-bit labels, .pfm, .txt text picture")
+    for option, what in MAPS.items():
+        result.add_argument(f"--{option}", type=Path, metavar="FILE", help=f"{what}; --cost fused only, formats as of --output")
     return result
+
+
+def greatest(config: MatcherConfig) -> int:
+    """Greatest disparity that can be, pixels."""
+    return config.minimum + config.disparities - 1
+
+
+def _check_outputs(options: argparse.Namespace, config: MatcherConfig) -> None:
+    """:class:`UserError` unless every file that is asked for can be written, and can hold what is written there."""
+    sides = [side for side in (options.left, options.right) if side is not None and side.exists()]
+    taken: list[tuple[str, Path]] = []
+    for name in ("output", *MAPS):
+        path = getattr(options, name)
+        if path is None:
+            continue
+        option = f"--{name}"
+        if name in MAPS and config.cost is not Cost.FUSED:
+            raise UserError(f"{option} belongs to the cost fused; choose --cost fused or leave it out")
+        check_output(path, LABEL_SUFFIXES, option)
+        if any(path.exists() and side.samefile(path) for side in sides):
+            raise UserError(f"{path} is one of the pictures; choose another {option}")
+        for other, before in taken:
+            if path.resolve() == before.resolve():
+                raise UserError(f"{path} is given for {other} and for {option}; choose another {option}")
+        taken.append((option, path))
+    if options.output.suffix.lower() not in WIDE_SUFFIXES:
+        if config.refinement.sub_pixel:
+            raise UserError(f"{options.output} holds whole numbers only, but --sub-pixel gives fractions; "
+                            f"choose one of {', '.join(WIDE_SUFFIXES)} for --output")
+        if greatest(config) > BYTE_MAX:
+            raise UserError(f"{options.output} holds disparities up to {BYTE_MAX}, but --minimum and --disparities reach "
+                            f"{greatest(config)}; choose one of {', '.join(WIDE_SUFFIXES)} for --output")
 
 
 def run(argv: Sequence[str] | None) -> None:
@@ -47,30 +94,32 @@ def run(argv: Sequence[str] | None) -> None:
         raise UserError(f"{options.left} has no right picture; give LEFT and RIGHT, or neither for the Motorcycle pair")
     if options.left and options.disparities is None:
         raise UserError(f"--disparities is missing; give the number of disparities of the pictures, {LIMITS}")
-    if options.disparities is not None:
-        matcher_config(options, options.disparities)
-    output = check_output(options.output, LABEL_SUFFIXES)
-    if any(side is not None and side.exists() and output.exists() and side.samefile(output) for side in (options.left, options.right)):
-        raise UserError(f"{output} is one of the pictures; choose another --output")
+    _check_outputs(options, method_config(options, MatcherConfig.DISPARITIES[0] if options.disparities is None else options.disparities))
 
     pair = None if options.left else motorcycle()
     left, right = (pair.left, pair.right) if pair else read_pair(options.left, options.right)
-    config = matcher_config(options, options.disparities if options.disparities is not None or not pair else pair.disparities)
+    config = method_config(options, options.disparities if options.disparities is not None or not pair else pair.disparities)
 
     start = time.perf_counter()
-    with progress() as bar:
-        task = bar.add_task("Matching cost", total=2)
-        cost = matching_cost(left, right, config)
-        bar.update(task, advance=1, description="Disparities")
-        labels = labelling(cost, local_disparity(cost), left, config)
-        bar.update(task, advance=1)
+    fused = match_fused(left, right, config) if config.cost is Cost.FUSED else None
+    disparity = fused.pixels if fused else match_thesis(left, right, config)
     seconds = time.perf_counter() - start
 
-    write_labels(output, labels.astype(np.uint8))
-    height, width = labels.shape
-    print(f"{output}: {width}x{height} pixels, {config.disparities} disparities, {config.arithmetic}, {seconds:.2f} s")
+    if config.refinement.sub_pixel:
+        write_picture(options.output, disparity.astype(np.float32))  # exact
+    elif greatest(config) > BYTE_MAX:
+        write_picture(options.output, disparity.astype(np.uint16))
+    else:
+        write_labels(options.output, disparity.astype(np.uint8))
+    for name in MAPS:
+        if fused and getattr(options, name):
+            write_labels(getattr(options, name), getattr(fused, name).astype(np.uint8))
+
+    height, width = disparity.shape
+    method = config.arithmetic if config.cost is Cost.THESIS else config.cost
+    print(f"{options.output}: {width}x{height} pixels, {config.disparities} disparities, {method}, {seconds:.2f} s")
     if pair:
-        bad = bad_pixels(labels, pair.truth, pair.masks["known"])
+        bad = bad_pixels(disparity, pair.truth, pair.masks["known"])
         print(f"bad pixels: {bad:.2f} % of those with known truth are off by more than 1 pixel")
 
 

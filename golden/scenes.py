@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from .config import PIXEL_MAX, MatcherConfig
 
 
-__all__ = ["NOISE", "discriminates", "scene"]
+__all__ = ["NOISE", "discriminates", "layers", "scene"]
 
 
 NOISE = 8  # grey levels
@@ -58,6 +58,59 @@ def scene(width: int, height: int, disparities: int, seed: int) -> tuple[NDArray
     left[match] = np.clip(right[:, column - steps] + noise, 0, PIXEL_MAX)[match]
     truth[match] = steps
     return left, right, truth
+
+
+def _texture(rng: np.random.Generator, width: int, height: int) -> NDArray[np.float64]:
+    """Grey levels ``0..255`` with detail of every size from a pixel to 32: patches of even grey, of steps, and of grain."""
+    result = np.zeros((height, width))
+    for size in (1, 2, 4, 8, 16, 32):
+        coarse = rng.uniform(-1, 1, (height // size + 1, width // size + 1))
+        result += size**0.5 * np.kron(coarse, np.ones((size, size)))[:height, :width]
+    return np.clip(128 + 10 * result, 0, PIXEL_MAX)
+
+
+def layers(width: int, height: int, disparities: int, seed: int, noise: float = 2.0) -> tuple[
+        NDArray[np.uint8], NDArray[np.uint8], NDArray[np.int64], NDArray[np.bool_]]:
+    """A textured pair of upright rectangles before a slanted ground, each nearer than what it hides: with occlusions, and true everywhere.
+
+    Parameters
+    ----------
+    width, height : int
+        Pixels, at least 1.
+    disparities : int
+        Number of labels.
+    seed : int
+    noise : float
+        Standard deviation of what is added to either picture, grey levels.
+
+    Returns
+    -------
+    left, right : (H, W) uint8 ndarray
+        Grey levels ``0..255``.
+    truth : (H, W) int64 ndarray
+        Pixels, ``0 .. disparities - 1``.
+    visible : (H, W) bool ndarray
+        Whether the right picture shows the pixel too.
+    """
+    rng = np.random.default_rng(seed)
+    # The ground climbs from the top to a third of the disparities; rectangles follow from the far one to the near one.
+    truth = np.repeat((np.arange(height) * disparities // (3 * height))[:, None], width, axis=1)
+    left = _texture(rng, width, height)
+    for disparity in np.sort(rng.integers(disparities // 3, disparities, 8)):
+        x, y = rng.integers(0, width), rng.integers(0, height)
+        box = np.s_[y:y + rng.integers(height // 8, height // 2 + 1) + 1, x:x + rng.integers(width // 16, width // 3 + 1) + 1]
+        truth[box], left[box] = disparity, _texture(rng, width, height)[box]
+    # What nothing in the left picture is seen at has a texture of its own.
+    right = _texture(rng, width, height)
+    row, column = np.indices(truth.shape)
+    shown = np.full(truth.shape, -1)
+    for d in range(disparities):  # the nearer is painted over the farther
+        ys, xs = np.nonzero((truth == d) & (column >= d))
+        right[ys, xs - d], shown[ys, xs - d] = left[ys, xs], d
+    visible = (column >= truth) & (shown[row, np.maximum(column - truth, 0)] == truth)
+    grain = rng.normal(0, noise, (2, height, width))
+    noisy = (np.clip(np.rint(side + added), 0, PIXEL_MAX).astype(np.uint8) for side, added in zip((left, right), grain, strict=True))
+    return *noisy, truth, visible
 
 
 def discriminates(labels: NDArray[Any], config: MatcherConfig) -> bool:

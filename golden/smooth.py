@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from .config import PIXEL_MAX, Arithmetic, MatcherConfig
+from .config import PIXEL_MAX, Arithmetic, Cost, MatcherConfig
 
 
 __all__ = ["cones", "slope", "smooth"]
@@ -14,6 +14,7 @@ def slope(difference, weight, config: MatcherConfig):
     ``FLOAT``: ``u * (255 - dI)``, in 255ths, exact: see :attr:`MatcherConfig.energy_scale`.
     ``LINEAR``: ``(2*u*(256 - dI) << q) >> 8``, floor.
     ``THESIS``: ``u * (256 - dI)``, in 256ths, exact: that arithmetic floors after the product with the disparity difference.
+    Cost ``FUSED``: ``(u * (256 - dI)) >> 8``, floor, for each pixel of the support.
 
     Parameters
     ----------
@@ -28,6 +29,8 @@ def slope(difference, weight, config: MatcherConfig):
     [240, 146, 0]
     """
     difference = np.asarray(difference)
+    if config.cost is Cost.FUSED:
+        return weight * (256 - difference.astype(np.int32)) >> 8
     match config.arithmetic:
         case Arithmetic.FLOAT:
             return weight * (PIXEL_MAX - difference.astype(np.float64))

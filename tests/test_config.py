@@ -5,7 +5,7 @@ import re
 
 import pytest
 
-from golden.config import Arithmetic, Engine, MatcherConfig
+from golden.config import FUSED_1, Arithmetic, Cost, Engine, FusedParameters, MatcherConfig
 
 
 @pytest.mark.parametrize("name, good, bad", [
@@ -15,6 +15,7 @@ from golden.config import Arithmetic, Engine, MatcherConfig
     ("u2", (0, 63), (-1, 64)),
     ("u3", (0, 63), (-1, 64)),
     ("max_width", (1, 4096), (0, 4097)),
+    ("minimum", (0, 255), (-1, 256)),
 ])
 def test_limits(name, good, bad):
     for value in good:
@@ -61,3 +62,46 @@ def test_energy_numbers():
 def test_what_no_matcher_can_be(settings, message):
     with pytest.raises(ValueError, match=re.escape(message)):
         MatcherConfig(**settings)
+
+
+def test_fused_1():
+    # Section by section of the method: cost, census, support, weights in eighths, check and median.
+    assert dataclasses.astuple(FUSED_1) == (156, 4, 47, 4, 30, 5, 7, 10, 16, 17, 30, 22, 3, 1, 5)
+    assert FusedParameters() == MatcherConfig().fused == FUSED_1
+
+
+@pytest.mark.parametrize("name", FusedParameters.LIMITS)
+def test_fused_limits(name):
+    limits = FusedParameters.LIMITS[name]
+    others = {"truncation": 100, "cost_factor": 1, "census_weight": 1}  # so that each greatest value has a cost that fits
+    for value in (limits[0], limits[-1]):
+        shift = {} if name == "cost_shift" else {"cost_shift": 7}
+        assert getattr(FusedParameters(**{**others, **shift, name: value}), name) == value
+    for value in (limits[0] - limits.step, limits[-1] + limits.step, limits[0] + 0.5, *([limits[0] + 1] if limits.step == 2 else [])):
+        with pytest.raises(ValueError, match=rf"{name} must be an? (odd )?whole number from {limits[0]} to {limits[-1]}, not {value}"):
+            FusedParameters(**{name: value})
+    assert {field.name for field in dataclasses.fields(FusedParameters)} == set(FusedParameters.LIMITS)
+
+
+def test_fused_cost_fits_its_bits():
+    # 47 * 34 = 1598; (4 * 624 + 1598) >> 4 = 4094 >> 4 = 255; with 625 it is 4098 >> 4 = 256.
+    assert FusedParameters(truncation=624).cost_max == 255 == FusedParameters.COST_MAX
+    with pytest.raises(ValueError, match="the fused cost reaches 256, more than the 255 that its 8 bits hold"):
+        FusedParameters(truncation=625)
+    assert FusedParameters(cost_factor=0, census_weight=0).cost_max == 30  # outside
+
+
+def test_fused_numbers():
+    config = MatcherConfig(disparities=80, arithmetic="linear", cost="fused")
+    assert config.cost is Cost.FUSED
+    assert (config.fused.cost_max, config.fused.support_max, config.fused.sum_max) == (138, 33, 4554)
+    # Slopes reach 33 * 63; energies 4554 * 8 + 3 * 2079 * 79. The costs E are those of LINEAR.
+    assert (config.slope_max, config.energy_shift, config.energy_max, config.energy_bits) == (2079, 3, 529155, 20)
+    assert (config.cost_max, config.weights, MatcherConfig().weights) == (2550, (17, 30, 22), (15, 10, 5))
+
+
+def test_fused_is_linear():
+    with pytest.raises(ValueError, match="cost fused is made from the arithmetic linear only, not thesis"):
+        MatcherConfig(cost="fused")
+    with pytest.raises(ValueError, match="blended"):
+        MatcherConfig(cost="blended")

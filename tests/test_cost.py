@@ -4,11 +4,12 @@ import numpy as np
 import pytest
 
 from golden.config import Arithmetic, MatcherConfig
-from golden.cost import cost_energy, edata, local_disparity, matching_cost, sub_pixels
+from golden.cost import cost_energy, delayed, edata, local_disparity, matching_cost, outside, sub_pixels
+from golden.scenes import scene
 
 
-def config(arithmetic, disparities=2):
-    return MatcherConfig(disparities=disparities, arithmetic=arithmetic)
+def config(arithmetic, disparities=2, minimum=0):
+    return MatcherConfig(disparities=disparities, arithmetic=arithmetic, minimum=minimum)
 
 
 @pytest.mark.parametrize("arithmetic, expected", [
@@ -61,3 +62,25 @@ def test_differences_and_sum():
 
 def test_local_disparity_takes_the_smaller_on_a_tie():
     assert local_disparity(np.array([[[4, 2, 2], [1, 5, 1], [3, 3, 0]]])).tolist() == [[1, 0, 2]]
+
+
+def test_delayed():
+    picture = np.array([[5, 6, 7], [1, 2, 3]])
+    assert delayed(picture, 0).tolist() == picture.tolist()
+    assert delayed(picture, 1).tolist() == [[5, 5, 6], [1, 1, 2]]
+    assert delayed(picture, 255).tolist() == [[5, 5, 5], [1, 1, 1]]
+
+
+def test_outside():
+    assert outside(4, config("linear", 3, minimum=1)).tolist() == [
+        [True, True, True], [False, True, True], [False, False, True], [False, False, False]]
+
+
+@pytest.mark.parametrize("arithmetic", Arithmetic)
+def test_minimum_is_a_later_part_of_the_same_costs(arithmetic):
+    left, right, _ = scene(60, 5, 20, seed=4)
+    whole = matching_cost(left, right, config(arithmetic, 20))
+    part = matching_cost(left, right, config(arithmetic, 8, minimum=12))
+    # The delayed picture ends earlier than the picture: the sub-pixel to the right of the last column sees that.
+    np.testing.assert_array_equal(part[:, :-1], whole[:, :-1, 12:])
+    assert (part[:, -1] != whole[:, -1, 12:]).any()

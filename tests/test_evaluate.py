@@ -4,7 +4,7 @@ import json
 
 import pytest
 
-from golden.config import Arithmetic, MatcherConfig
+from golden.config import Arithmetic, MatcherConfig, Refinement
 from golden.dataset import PAIRS
 from golden.errors import UserError
 from golden.evaluate import average, evaluate, main
@@ -29,6 +29,23 @@ def test_published(arithmetic):
     assert list(figures) == ["tsukuba", "venus", "teddy", "cones"]
     assert all(list(pair) == ["nonocc", "all", "disc"] for pair in figures.values())
     assert numbers(figures) == PUBLISHED[arithmetic].split()
+
+
+# Refinement of the fused cost, threshold in pixels.
+ALONE, ALL, FINE = Refinement(check=False, fill=False, median=False), Refinement(), Refinement(sub_pixel=True)
+FUSED = [
+    (ALONE, 1, "4.34 5.88 11.42  1.60 2.62 7.72  6.57 14.71 17.03  4.85 13.65 13.49  8.66"),
+    (ALL, 1, "3.17 4.12 9.51  0.78 1.30 5.28  6.14 12.21 15.96  3.55 9.03 10.32  6.78"),
+    (ALL, 0.5, "31.72 32.55 27.88  7.41 8.10 13.74  12.64 19.75 26.62  8.88 14.91 18.44  18.56"),
+    (FINE, 0.5, "28.32 29.22 25.67  2.68 3.35 12.37  9.70 17.33 23.68  5.70 12.18 15.63  15.48"),
+]
+
+
+@pytest.mark.parametrize("refinement, threshold, expected", FUSED)
+def test_published_fused(refinement, threshold, expected):
+    figures = evaluate(map(middlebury, PAIRS), lambda disparities: MatcherConfig(
+        disparities=disparities, arithmetic="linear", cost="fused", refinement=refinement), threshold)
+    assert numbers(figures) == expected.split()
 
 
 @pytest.fixture
@@ -67,7 +84,37 @@ def test_options(quick, capsys, tmp_path):
     assert json.loads((tmp_path / "a.json").read_text())["u3"] == 3
 
 
+@pytest.mark.parametrize("arguments, expected", [
+    ([], {"rule alone": "4.34 5.88 11.42", "refined": "3.17 4.12 9.51"}),
+    (["--refine"], {"refined": "3.17 4.12 9.51"}),
+    (["--no-check", "--no-fill", "--no-median"], {"rule alone": "4.34 5.88 11.42"}),
+    (["--refine", "--sub-pixel", "--threshold", "0.5"], {"refined": "31.72 32.55 27.88", "refined + sub-pixel": "28.32 29.22 25.67"}),
+    (["--no-median"], {"check + fill": None}),
+    (["--no-refine", "--median", "--sub-pixel"], {"median": None, "median + sub-pixel": None}),
+])
+def test_fused_rows(quick, capsys, tmp_path, arguments, expected):
+    assert main(["--cost", "fused", *arguments, "--json", str(tmp_path / "a.json")]) == 0
+    document = json.loads((tmp_path / "a.json").read_text())
+    assert (document["cost"], document["u1"], document["u2"], document["u3"], document["fraction_bits"]) == ("fused", 17, 30, 22, 3)
+    assert [row["stages"] for row in document["rows"]] == list(expected)
+    assert {row["arithmetic"] for row in document["rows"]} == {"linear"}
+    printed = capsys.readouterr().out
+    for row, figures in zip(document["rows"], expected.values()):
+        line = next(line for line in printed.splitlines() if f"│ {row['stages']} " in line and "tsukuba" in line)
+        shown = [f"{value:.2f}" for value in row["pairs"]["tsukuba"].values()]
+        assert line.replace("│", " ").split()[-3:] == shown
+        assert figures is None or shown == figures.split()
+    threshold = arguments[-1] if "--threshold" in arguments else "1"
+    assert f"off by more than {threshold} pixel" in document["unit"] and f"off by more than {threshold} pixel" in printed
+
+
 @pytest.mark.parametrize("arguments, message", [
+    (["--cost", "fused", "--arithmetic", "float"], "--arithmetic float cannot make the fused cost; choose --arithmetic linear"),
+    (["--cost", "fused", "--u3", "64"], "--u3 must be a whole number from 0 to 63, not 64"),
+    (["--no-refine"], "--no-refine belongs to the cost fused"),
+    (["--threshold", "-1"], "--threshold must be a number of pixels from 0, not -1.0"),
+    (["--threshold", "nan"], "--threshold must be a number of pixels from 0, not nan"),
+    (["--threshold", "half"], "half"),
     (["--data", "none"], "the data folder none does not exist"),
     (["--data", "."], "left.png does not exist"),
     (["--json", "a.txt"], "suffix .txt"),

@@ -92,6 +92,15 @@ def test_fast_equals_plain_where_every_label_wins(arithmetic, disparities, width
     np.testing.assert_array_equal(fast, labelling_plain(cost, local, left, config))
 
 
+@pytest.mark.parametrize("minimum", [1, 20, 255])
+def test_minimum(minimum):
+    config = MatcherConfig(disparities=13, minimum=minimum)
+    left, right, _ = scene(37, 7, 13, seed=3)
+    fast = match(left, np.roll(right, -minimum, axis=1), config)
+    assert fast.min() >= minimum and fast.max() < minimum + 13
+    np.testing.assert_array_equal(fast, match_plain(left, np.roll(right, -minimum, axis=1), config))
+
+
 @pytest.mark.parametrize("arithmetic", Arithmetic)
 @pytest.mark.parametrize("left, right", [(0, 0), (255, 255), (255, 0), (0, 255)])
 def test_ties_go_to_zero(arithmetic, left, right):

@@ -5,9 +5,11 @@ import sys
 
 import numpy as np
 import pytest
+from PIL import Image
 
 from golden.__main__ import main
-from golden.config import MatcherConfig
+from golden.config import MatcherConfig, Refinement
+from golden.fused import match as match_fused
 from golden.images import read_picture, write_picture
 from golden.labelling import match
 from golden.metrics import bad_pixels
@@ -58,6 +60,49 @@ def test_options(folder, arguments, settings):
     assert all((expected(**settings) != expected(**other)).any() for other in others)
 
 
+def expected_fused(minimum=0, **stages):
+    return match_fused(read_picture("left.png"), read_picture("right.pgm"), MatcherConfig(
+        disparities=80, arithmetic="linear", cost="fused", minimum=minimum, refinement=Refinement(**stages)))
+
+
+@pytest.mark.parametrize("arguments, stages", [
+    ([], {}),
+    (["--refine"], {}),
+    (["--arithmetic", "linear", "--u1", "17", "--u2", "30", "--u3", "22"], {}),
+    (["--no-check", "--no-fill", "--no-median"], {"check": False, "fill": False, "median": False}),
+    (["--no-refine"], {"check": False, "fill": False, "median": False}),
+    (["--no-refine", "--median"], {"check": False, "fill": False}),
+    (["--no-fill"], {"fill": False}),
+    (["--no-median"], {"median": False}),
+    (["--sub-pixel"], {"sub_pixel": True}),
+    (["--minimum", "5"], {"minimum": 5}),
+])
+def test_fused(folder, capsys, arguments, stages):
+    outputs = ["--output", "a.npy", "--passed", "b.npy", "--confidence", "c.png"]
+    assert main(["match", "left.png", "right.pgm", "--disparities", "80", "--cost", "fused", *arguments, *outputs]) == 0
+    result = expected_fused(**stages)
+    np.testing.assert_array_equal(np.load("a.npy"), result.pixels)
+    np.testing.assert_array_equal(np.load("b.npy"), result.passed)
+    np.testing.assert_array_equal(read_picture("c.png"), result.confidence)
+    assert not stages or (result.pixels != expected_fused().pixels).any()
+    assert "80 disparities, fused" in capsys.readouterr().out
+
+
+def test_fused_weights(folder):
+    for weight in ("--u1", "--u2", "--u3"):
+        assert main(["match", *PAIR, "--disparities", "80", "--cost", "fused", "--no-refine", weight, "2", "--output", "a.npy"]) == 0
+        assert (np.load("a.npy") != expected_fused(check=False, fill=False, median=False).pixels).any()
+
+
+@pytest.mark.parametrize("suffix, dtype", [(".npy", np.uint16), (".pfm", np.float32)])
+def test_far_disparities(folder, suffix, dtype):
+    assert main(["match", *PAIR, "--disparities", "80", "--minimum", "200", "--output", f"a{suffix}"]) == 0
+    with Image.open("a.pfm") if suffix == ".pfm" else open("a.npy", "rb") as file:
+        labels = np.asarray(file) if suffix == ".pfm" else np.load(file)
+    assert labels.dtype == dtype
+    np.testing.assert_array_equal(labels, expected(minimum=200))
+
+
 def test_motorcycle(capsys, tmp_path):
     pair = reduced_motorcycle()
     assert main(["match", "--output", str(tmp_path / "a.npy")]) == 0
@@ -73,6 +118,7 @@ def test_motorcycle(capsys, tmp_path):
 PAIR = ["left.png", "right.pgm"]
 OUTPUT = ["--output", "new.npy"]
 NUMBER = ["--disparities", "13"]
+FUSED = ["--cost", "fused"]
 LIMITS = f"must be a whole number from 2 to {MatcherConfig.DISPARITIES[-1]}"
 
 
@@ -96,6 +142,25 @@ LIMITS = f"must be a whole number from 2 to {MatcherConfig.DISPARITIES[-1]}"
     ([*PAIR, *NUMBER, "--u1", "64", *OUTPUT], "--u1 must be a whole number from 0 to 63, not 64"),
     ([*PAIR, *NUMBER, "--u2", "-1", *OUTPUT], "--u2 must be a whole number from 0 to 63, not -1"),
     ([*PAIR, *NUMBER, "--u3", "64", *OUTPUT], "--u3 must be a whole number from 0 to 63, not 64"),
+    ([*PAIR, *NUMBER, "--minimum", "256", *OUTPUT], "--minimum must be a whole number from 0 to 255, not 256"),
+    ([*PAIR, *NUMBER, "--minimum", "-1", *OUTPUT], "--minimum must be a whole number from 0 to 255, not -1"),
+    ([*PAIR, *NUMBER, "--minimum", "250", "--output", "new.png"], "new.png holds disparities up to 255, but"),
+    ([*PAIR, *NUMBER, "--cost", "census", *OUTPUT], "census"),
+    ([*PAIR, *NUMBER, *FUSED, "--arithmetic", "thesis", *OUTPUT], "--arithmetic thesis cannot make the fused cost; choose"),
+    ([*PAIR, *NUMBER, *FUSED, "--arithmetic", "float", *OUTPUT], "--arithmetic float cannot make the fused cost; choose"),
+    ([*PAIR, *NUMBER, *FUSED, "--fraction-bits", "3", *OUTPUT], "--fraction-bits 3 belongs to the cost thesis; leave it out"),
+    ([*PAIR, *NUMBER, *FUSED, "--u2", "64", *OUTPUT], "--u2 must be a whole number from 0 to 63, not 64"),
+    ([*PAIR, *NUMBER, *FUSED, "--minimum", "256", *OUTPUT], "--minimum must be a whole number from 0 to 255, not 256"),
+    ([*PAIR, *NUMBER, *FUSED, "--no-check", "--fill", *OUTPUT], "--fill has nothing to do without the left-right check"),
+    ([*PAIR, *NUMBER, *FUSED, "--sub-pixel", "--output", "new.png"], "new.png holds whole numbers only"),
+    ([*PAIR, *NUMBER, *FUSED, "--passed", "new.jpg", *OUTPUT], "new.jpg has the suffix .jpg"),
+    ([*PAIR, *NUMBER, *FUSED, "--confidence", "new.npy", *OUTPUT], "new.npy is given for --output and for --confidence"),
+    ([*PAIR, *NUMBER, *FUSED, "--confidence", "left.png", *OUTPUT], "left.png is one of the pictures; choose another --confidence"),
+    ([*PAIR, *NUMBER, "--refine", *OUTPUT], "--refine belongs to the cost fused; choose --cost fused"),
+    ([*PAIR, *NUMBER, "--no-median", *OUTPUT], "--no-median belongs to the cost fused"),
+    ([*PAIR, *NUMBER, "--sub-pixel", *OUTPUT], "--sub-pixel belongs to the cost fused"),
+    ([*PAIR, *NUMBER, "--passed", "p.npy", *OUTPUT], "--passed belongs to the cost fused"),
+    (["--cost", "fused", "--arithmetic", "thesis", *OUTPUT], "--arithmetic thesis cannot make the fused cost"),
     ([*PAIR, *NUMBER, "--output", "new.jpg"], "suffix .jpg"),
     ([*PAIR, *NUMBER, "--output", "new"], "suffix (none)"),
     ([*PAIR, *NUMBER, "--output", "folder.npy"], "folder.npy is a folder"),

@@ -7,7 +7,7 @@ import pytest
 
 from golden.config import Arithmetic, MatcherConfig
 from golden.labelling import match
-from golden.scenes import NOISE, discriminates, scene
+from golden.scenes import NOISE, discriminates, layers, scene
 
 
 @pytest.mark.parametrize("arithmetic", Arithmetic)
@@ -42,6 +42,30 @@ def test_arithmetics_differ():
     results = [match(left, right, MatcherConfig(disparities=128, arithmetic=arithmetic, fraction_bits=fraction_bits))
                for arithmetic, fraction_bits in (("thesis", 3), ("linear", 0), ("linear", 1), ("linear", 3))]
     assert all((one != other).any() for one, other in itertools.combinations(results, 2))
+
+
+@pytest.mark.parametrize("width, height, disparities", [(1, 1, 2), (40, 9, 8), (160, 120, 16)])
+def test_layers(width, height, disparities):
+    left, right, truth, visible = layers(width, height, disparities, seed=3, noise=0)
+    assert left.dtype == right.dtype == np.uint8 and left.shape == right.shape == truth.shape == visible.shape == (height, width)
+    assert truth.min() >= 0 and truth.max() < disparities
+    y, x = np.nonzero(visible)
+    np.testing.assert_array_equal(left[y, x], right[y, x - truth[y, x]])  # what both pictures show is the same
+    # What is hidden is hidden by something nearer, or lies beyond the edge.
+    shown = {(row, column - d): d for (row, column), d in np.ndenumerate(truth) for d in [d] if column >= d and visible[row, column]}
+    for y, x in np.argwhere(~visible):
+        assert x < truth[y, x] or shown[y, x - truth[y, x]] > truth[y, x]
+
+
+def test_layers_have_occlusions_and_grain():
+    left, right, truth, visible = layers(160, 120, 16, seed=1)
+    assert 0.7 < visible.mean() < 0.99 and len(np.unique(truth)) > 8
+    y, x = np.nonzero(visible)
+    difference = left[y, x].astype(int) - right[y, x - truth[y, x]]
+    assert 1 < difference.std() < 5  # two grains of two grey levels
+    again, other = layers(160, 120, 16, seed=1), layers(160, 120, 16, seed=2)
+    np.testing.assert_array_equal(left, again[0])
+    assert (left != other[0]).any()
 
 
 def test_seed():

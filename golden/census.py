@@ -1,0 +1,78 @@
+"""Census of a picture, and how far two of them are apart."""
+
+import numpy as np
+
+from .config import FUSED_1, FusedParameters
+
+
+__all__ = ["census", "census_plain", "hamming"]
+
+
+def _offsets(params: FusedParameters) -> list[tuple[int, int]]:
+    """``(dy, dx)`` of the neighbours in reading order: bit 0 is the upper left one; the centre has no bit."""
+    dy, dx = params.census_rows // 2, params.census_columns // 2
+    return [(y, x) for y in range(-dy, dy + 1) for x in range(-dx, dx + 1) if (y, x) != (0, 0)]
+
+
+def census(picture, params: FusedParameters = FUSED_1):
+    """Census of every pixel: a bit for each neighbour in the window, set where the neighbour is darker than the centre.
+
+    A pixel outside the picture repeats its nearest picture pixel.
+
+    Parameters
+    ----------
+    picture : (H, W) integer ndarray
+        Grey levels ``0..255``.
+
+    Returns
+    -------
+    (H, W) uint64 ndarray
+        ``params.neighbours`` bits; neighbours in reading order, the upper left one is bit 0.
+
+    Examples
+    --------
+    >>> [f"{bits:b}" for bits in census(np.array([[5, 7, 6]]), FusedParameters(census_rows=1, census_columns=3)).ravel().tolist()]
+    ['0', '11', '0']
+    """
+    picture = np.asarray(picture)
+    height, width = picture.shape
+    dy, dx = params.census_rows // 2, params.census_columns // 2
+    padded = np.pad(picture, ((dy, dy), (dx, dx)), mode="edge")
+    result = np.zeros((height, width), dtype=np.uint64)
+    for bit, (y, x) in enumerate(_offsets(params)):
+        darker = padded[dy + y:dy + y + height, dx + x:dx + x + width] < picture
+        result |= darker.astype(np.uint64) << np.uint64(bit)
+    return result
+
+
+def hamming(left, right):
+    """Hamming distance ``H`` of two censuses: the number of bits in which they differ.
+
+    Parameters
+    ----------
+    left, right : uint64 ndarray
+        Of :func:`census`; shapes must broadcast.
+
+    Returns
+    -------
+    uint8 ndarray
+
+    Examples
+    --------
+    >>> hamming(np.uint64(0b1100), np.array([0b1100, 0b1010, 0b0011], dtype=np.uint64)).tolist()
+    [0, 2, 4]
+    """
+    return np.bitwise_count(left ^ right)
+
+
+def census_plain(picture, params: FusedParameters = FUSED_1):
+    """:func:`census`, pixel by pixel: for reading, and to test the fast version against."""
+    height, width = np.shape(picture)
+    lines = np.asarray(picture).tolist()
+
+    def pixel(y: int, x: int) -> int:
+        return lines[min(max(y, 0), height - 1)][min(max(x, 0), width - 1)]
+
+    return np.array([[
+        sum((pixel(y + dy, x + dx) < pixel(y, x)) << bit for bit, (dy, dx) in enumerate(_offsets(params)))
+        for x in range(width)] for y in range(height)], dtype=np.uint64)

@@ -1,0 +1,47 @@
+"""Parameters of the fused cost in files."""
+
+import dataclasses
+import os
+import tomllib
+from pathlib import Path
+
+from .config import FusedParameters
+from .errors import UserError
+from .files import atomic
+
+
+__all__ = ["PARAMETER_SUFFIX", "read_parameters", "write_parameters"]
+
+
+PARAMETER_SUFFIX = ".toml"
+TABLE = "fused"
+
+
+def read_parameters(path: str | os.PathLike[str]) -> FusedParameters:
+    """The parameters in the table ``[fused]`` of a TOML file; what it does not name is the default. :class:`UserError` if it is none."""
+    path = Path(path)
+    try:
+        document = tomllib.loads(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise UserError(f"cannot read {path}: {error.strerror or error}; name a file that golden tune has written") from error
+    except ValueError as error:  # what is no TOML, or no text
+        raise UserError(f"{path} is not a TOML file: {error}; name one that golden tune has written") from error
+    values = document.get(TABLE)
+    if not isinstance(values, dict) or len(document) > 1:
+        raise UserError(f"{path} is not one table [{TABLE}]; name a file that golden tune has written")
+    names = [field.name for field in dataclasses.fields(FusedParameters)]
+    for name in values:
+        if name not in names:
+            raise UserError(f"{path} names {name}, which is no parameter; those are {', '.join(names)}")
+    try:
+        return FusedParameters(**values)
+    except ValueError as error:
+        raise UserError(f"{path}: {error}; correct the file") from None
+
+
+def write_parameters(path: str | os.PathLike[str], params: FusedParameters, note: str) -> None:
+    """Write parameters for :func:`read_parameters`, below a line of comment for each line of ``note``."""
+    lines = [*(f"# {line}" for line in note.splitlines()), f"[{TABLE}]"]
+    lines += [f"{name} = {value}" for name, value in dataclasses.asdict(params).items()]
+    with atomic(path) as file:
+        file.write("".join(f"{line}\n" for line in lines).encode())

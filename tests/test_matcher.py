@@ -1,0 +1,18 @@
+"""golden.matcher: each configuration gets its method."""
+
+import numpy as np
+
+from golden import fused, labelling
+from golden.config import MatcherConfig, Refinement
+from golden.matcher import disparities
+from golden.scenes import scene
+
+
+def test_disparities():
+    left, right, _ = scene(60, 12, 9, seed=5)
+    settings = {"disparities": 9, "arithmetic": "linear"}
+    thesis = MatcherConfig(**settings)
+    whole, fine = (MatcherConfig(**settings, cost="fused", refinement=Refinement(sub_pixel=sub_pixel)) for sub_pixel in (False, True))
+    np.testing.assert_array_equal(disparities(left, right, thesis), labelling.match(left, right, thesis))
+    np.testing.assert_array_equal(disparities(left, right, whole), fused.match(left, right, whole).disparity)
+    np.testing.assert_array_equal(disparities(left, right, fine), fused.match(left, right, fine).disparity / 8)

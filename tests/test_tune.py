@@ -1,0 +1,116 @@
+"""golden.tune: the search is reproducible, never worse than its start, and the command's file is read by the others."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from golden import tune
+from golden.__main__ import main
+from golden.config import FUSED_1, FusedParameters
+from golden.dataset import StereoPair
+from golden.images import write_picture
+from golden.parameters import read_parameters, write_parameters
+from golden.scenes import layers
+
+
+def pair(name, seed=1, width=60, height=30, disparities=8):
+    left, right, truth, visible = layers(width, height, disparities, seed)
+    return StereoPair(name, left, right, truth.astype(float), {"all": np.ones_like(visible)}, disparities)
+
+
+@pytest.fixture
+def lab():
+    for module in ("optuna", "dask"):
+        pytest.importorskip(module, reason=f"{module}, of the extra lab, is not installed")
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    """A working folder with two small pairs."""
+    monkeypatch.chdir(tmp_path)
+    for name, seed in (("one", 1), ("two", 2)):
+        (tmp_path / name).mkdir()
+        this = pair(name, seed)
+        write_picture(tmp_path / name / "left.png", this.left)
+        write_picture(tmp_path / name / "right.png", this.right)
+        write_picture(tmp_path / name / "disp_left.png", (16 * this.truth + (this.truth == 0)).astype(np.uint8))
+        (tmp_path / name / "meta.json").write_text('{"scale": 16}')
+    return tmp_path
+
+
+def test_space_is_allowed_and_holds_the_default():
+    for name, values in tune.SPACE.items():
+        assert getattr(FUSED_1, name) in values
+        assert values[0] in FusedParameters.LIMITS[name] and values[-1] in FusedParameters.LIMITS[name]
+
+
+def test_search(lab):
+    pairs, names = [pair("one")], ["u1", "reach", "census_columns"]
+    poor = FusedParameters(u1=63, reach=4)
+    seen = []
+    with tune._workers(1):
+        first = tune.search(pairs, names, 20, 1, poor, lambda done, least: seen.append((done, least)))
+        assert first == tune.search(pairs, names, 20, 1, poor)
+        assert tune.search(pairs, names, 20, 2, poor) != first
+        alone = tune.search(pairs, names, 1, 1, poor)
+    assert alone == (poor, sum(tune.objective(pairs[0], poor).values()))
+    params, least = first
+    assert least == sum(tune.objective(pairs[0], params).values()) < alone[1]
+    assert dataclasses.replace(params, u1=63, reach=4, census_columns=7) == poor  # nothing else was touched
+    assert [done for done, _ in seen] == [8, 16, 20] and seen[-1][1] == least
+
+
+def test_search_survives_what_cannot_be(lab, monkeypatch):
+    # Half of the space is beyond the 8 bits of the cost.
+    monkeypatch.setitem(tune.SPACE, "truncation", range(156, 1024))
+    with tune._workers(1):
+        params, _ = tune.search([pair("one")], ["truncation"], 16, 1)
+    assert params.cost_max <= 255
+
+
+def test_command(lab, folder, capsys):
+    command = ["tune", "--train", "one", "--test", "two", "--trials", "9", "--search", "u1", "u2"]
+    assert main([*command, "--workers", "1", "--output", "a.toml"]) == 0
+    assert main([*command, "--workers", "2", "--output", "b.toml"]) == 0
+    assert (folder / "a.toml").read_bytes() == (folder / "b.toml").read_bytes()  # whatever the number of processes
+    printed = capsys.readouterr()
+    assert printed.err == ""
+    best = read_parameters("a.toml")
+    line = next(line for line in printed.out.splitlines() if "one" in line)
+    expected = [f"{sum(tune.objective(tune._pairs(['one'], '')[0], params).values()):.2f}" for params in (FUSED_1, best)]
+    assert line.replace("│", " ").split() == ["train", "one", *expected]
+    assert any("test" in line and "two" in line for line in printed.out.splitlines())
+
+
+def test_the_file_is_read(folder, capsys):
+    write_parameters("a.toml", FusedParameters(u1=63, u2=1, median=3), "worse")
+    match = ["match", "one/left.png", "one/right.png", "--disparities", "8", "--cost", "fused"]
+    outputs = []
+    for number, options in enumerate([["--parameters", "a.toml"], ["--parameters", "a.toml", "--u1", "17"], []]):
+        assert main([*match, *options, "--output", f"{number}.npy"]) == 0
+        outputs.append(np.load(f"{number}.npy"))
+    assert (outputs[0] != outputs[1]).any() and (outputs[1] != outputs[2]).any()
+    assert main([*match[:-2], "--parameters", "a.toml", "--output", "3.npy"]) == 2
+    assert "--parameters belongs to the cost fused" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("arguments, message", [
+    ([], "required: --train"),
+    (["--train", "none"], "the folder none does not exist"),
+    (["--train", "one", "one"], "the pair one is given more than once for --train"),
+    (["--train", "one", "--test", "."], "the pair one is given for --train and for --test"),
+    (["--train", "one", "--trials", "0"], "--trials must be at least 1, not 0"),
+    (["--train", "one", "--workers", "0"], "--workers must be at least 1, not 0"),
+    (["--train", "one", "--seed", "-1"], "--seed must be at least 0, not -1"),
+    (["--train", "one", "--search", "u4"], "u4"),
+    (["--train", "one", "--start", "none.toml"], "cannot read none.toml"),
+    (["--train", "one", "--start", "far.toml"], "far.toml has u2 = 0, which is not within the 1 to 63 of the search"),
+])
+def test_bad_input(folder, capsys, arguments, message):
+    write_parameters("far.toml", FusedParameters(u2=0), "far")
+    assert main(["tune", *arguments, "--output", "a.toml"]) == 2
+    printed = capsys.readouterr()
+    assert printed.out == "" and printed.err.count("\n") == 1
+    assert printed.err.startswith("golden tune: ") and message in printed.err
+    assert not (folder / "a.toml").exists()
