@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 
-__all__ = ["Arithmetic", "Cost", "Engine", "FUSED_1", "FusedParameters", "IN_USE_BITS", "MatcherConfig", "PIXEL_BITS", "PIXEL_MAX", "Refinement",
-           "WEIGHT_BITS", "WEIGHT_MAX"]
+__all__ = ["Arithmetic", "Cost", "Engine", "FUSED_1", "FusedParameters", "IN_USE_BITS", "MatcherConfig", "PIXEL_BITS", "PIXEL_MAX",
+           "Refinement", "WEIGHT_BITS", "WEIGHT_MAX"]
 
 
 PIXEL_BITS = 8

@@ -4,7 +4,7 @@ from amaranth import *
 from amaranth.lib import stream, wiring
 from amaranth.lib.wiring import In, Out
 
-from golden.config import IN_USE_BITS, WEIGHT_BITS, Arithmetic, Engine, MatcherConfig
+from golden.config import IN_USE_BITS, WEIGHT_BITS, Arithmetic, Cost, Engine, MatcherConfig
 
 from .bec import Bec
 from .lines import LineStore
@@ -45,6 +45,8 @@ class Matcher(wiring.Component):
     def __init__(self, config: MatcherConfig):
         if config.arithmetic is Arithmetic.FLOAT:
             raise ValueError("the arithmetic float has no gateware; choose thesis or linear")
+        if config.cost is not Cost.THESIS or config.minimum:
+            raise ValueError(f"the gateware has the cost thesis and the minimum disparity 0, not {config.cost} and {config.minimum}")
         self.config = config
         self.streaming = config.engine is Engine.STREAMING
         self.line_store = LineStore(config, line_below=self.streaming)

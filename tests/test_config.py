@@ -105,3 +105,12 @@ def test_fused_is_linear():
         MatcherConfig(cost="fused")
     with pytest.raises(ValueError, match="blended"):
         MatcherConfig(cost="blended")
+
+
+def test_in_use():
+    """Labels in use: all by default, at least one, at most all."""
+    assert MatcherConfig(disparities=6).labels_in_use == 6
+    assert MatcherConfig(disparities=6, in_use=1).labels_in_use == 1
+    for value in (0, 7, 2.0):
+        with pytest.raises(ValueError, match=f"in_use must be a whole number from 1 to 6, not {value}"):
+            MatcherConfig(disparities=6, in_use=value)

@@ -5,7 +5,7 @@ import pytest
 from amaranth import *
 from amaranth.sim import Simulator
 
-from golden.config import WEIGHT_MAX, Arithmetic, Engine, MatcherConfig
+from golden.config import WEIGHT_MAX, Arithmetic, Cost, Engine, MatcherConfig
 from golden.labelling import match
 from golden.scenes import discriminates, scene
 from hdl.matcher import Matcher
@@ -222,3 +222,13 @@ def test_reset_in_mid_frame(cut):
     given, errors = run_script(dut, script, elaboratable=ResetInserter(reset)(dut))
     assert given[len(before):] == golden_words(left, right, config)
     assert not any(errors)
+
+
+@pytest.mark.parametrize("config, message", [
+    (MatcherConfig(arithmetic=Arithmetic.FLOAT), "the arithmetic float has no gateware; choose thesis or linear"),
+    (MatcherConfig(arithmetic=Arithmetic.LINEAR, cost=Cost.FUSED), "the gateware has the cost thesis and the minimum disparity 0, not fused and 0"),
+    (MatcherConfig(minimum=3), "the gateware has the cost thesis and the minimum disparity 0, not thesis and 3"),
+])
+def test_refuses(config, message):
+    with pytest.raises(ValueError, match=message):
+        Matcher(config)
