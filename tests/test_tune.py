@@ -47,7 +47,7 @@ def test_space_is_allowed_and_holds_the_default():
 
 def test_search(lab):
     pairs, names = [pair("one")], ["u1", "reach", "census_columns"]
-    poor = FusedParameters(u1=63, reach=4)
+    poor = FusedParameters(u1=63, reach=4, arm_threshold=9)
     seen = []
     with tune._workers(1):
         first = tune.search(pairs, names, 20, 1, poor, lambda done, least: seen.append((done, least)))
@@ -59,6 +59,15 @@ def test_search(lab):
     assert least == sum(tune.objective(pairs[0], params).values()) < alone[1]
     assert dataclasses.replace(params, u1=63, reach=4, census_columns=7) == poor  # nothing else was touched
     assert [done for done, _ in seen] == [8, 16, 20] and seen[-1][1] == least
+
+
+def test_search_learns(lab, monkeypatch):
+    # A bowl in place of the pairs. A search that is told nothing comes to 182 in 120 trials; this one to 1.
+    def bowl(pairs, candidates):
+        return [{"bowl": {"all": (p.u1 - 40)**2 + (p.u2 - 10)**2 + (p.u3 - 25)**2 + (p.arm_threshold - 20)**2}} for p in candidates]
+
+    monkeypatch.setattr(tune, "_figures", bowl)
+    assert tune.search([], ["u1", "u2", "u3", "arm_threshold"], 120, 1)[1] < 25
 
 
 def test_search_survives_what_cannot_be(lab, monkeypatch):
