@@ -220,6 +220,18 @@ def test_transmitter_by_straps():
     run_setup(TFP410_STRAPS, model, script)
 
 
+def test_chip_that_is_not_watched():
+    model = SmallModel()
+
+    async def script(watched):
+        await watched.until("done")
+        starts = watched.bus.starts
+        await watched.idle(3000)
+        assert (watched.get("done"), watched.get("reset"), watched.bus.starts) == (1, 1, starts)
+
+    run_setup(replace(SMALL, watch=(), channels=0), model, script)
+
+
 def test_pins_and_times():
     """Levels out of reset, then in order; waits are as long as they should be, within a tick."""
     model = SmallModel()
