@@ -220,6 +220,18 @@ def test_transmitter_by_straps():
     run_setup(TFP410_STRAPS, model, script)
 
 
+def test_chip_that_is_not_watched():
+    model = SmallModel()
+
+    async def script(watched):
+        await watched.until("done")
+        starts = watched.bus.starts
+        await watched.idle(3000)
+        assert (watched.get("done"), watched.get("reset"), watched.bus.starts) == (1, 1, starts)
+
+    run_setup(replace(SMALL, watch=(), channels=0), model, script)
+
+
 def test_pins_and_times():
     """Levels out of reset, then in order; waits are as long as they should be, within a tick."""
     model = SmallModel()
@@ -348,6 +360,20 @@ def test_tries_are_counted_from_each_success():
     run_setup(SMALL, model, script)
 
 
+def test_only_try_is_not_spent_by_a_failure_while_watched():
+    model = SmallModel()
+
+    async def script(watched):
+        await watched.until("done")
+        model.registers[0x10] = 0x00
+        await watched.until("done", 0)
+        assert watched.get("busy")
+        await watched.until("done")
+        assert watched.status == (7, Failure.NOT_READY, 1)
+
+    run_setup(SMALL, model, script, tries=1)
+
+
 def test_locks():
     """Each channel by its own register, under its mask; low from a failure on until it is read again."""
     model = SmallModel()
@@ -414,6 +440,21 @@ def test_restart(cycles):
         await watched.until("done")
         assert model.writes == [(0x10, 0xC3), (0x11, 0x5A)]
         assert watched.status == (0, Failure.NONE, 0)
+
+    run_setup(SMALL, model, script)
+
+
+def test_restart_when_locked():
+    """Not locked any more, as long as it is set up."""
+    model = SmallModel()
+    model.registers.update({0x30: 0x06, 0x31: 0x80})
+
+    async def script(watched):
+        await watched.until("locked", 3)
+        await watched.restart()
+        await watched.until("done", 0)
+        assert watched.get("locked") == 0
+        await watched.until("locked", 3)
 
     run_setup(SMALL, model, script)
 

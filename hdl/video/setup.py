@@ -181,12 +181,12 @@ class ChipSetup(wiring.Component):
             m.d.sync += again.eq(1)
 
         def begin():
-            m.d.sync += [at.eq(0), locked.eq(0)]
+            m.d.sync += at.eq(0)
             m.next = "fetch"
 
         def begin_again():
             m.d.sync += [again.eq(self.restart), tries.eq(self.tries - 1), self.busy.eq(1), self.done.eq(0), self.failed.eq(0)]
-            m.d.sync += [self.step.eq(0), self.reason.eq(Failure.NONE)]
+            m.d.sync += [self.step.eq(0), self.reason.eq(Failure.NONE), locked.eq(0)]
             begin()
 
         with m.FSM():
