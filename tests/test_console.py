@@ -239,7 +239,11 @@ def test_only_garbage(capsys):
 def test_line_that_never_falls_silent():
     """Babble does not keep the console for ever."""
     class Babble(FakeLine):
+        reads = 0
+
         def read(self, count, seconds):
+            self.reads += 1
+            assert self.reads < 1000
             return bytes(count)
     with pytest.raises(UserError, match="no good answer"):
         Chip(Babble())

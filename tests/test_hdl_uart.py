@@ -296,3 +296,11 @@ def test_bad_clock(component, cycles, told):
     with pytest.raises(ValueError, match=f"does not divide into {BAUD} baud: .*16 cycles or more.* not {told}; choose another baud$"):
         component(cycles * BAUD)
     component(16.02 * BAUD)
+
+
+def test_model_hears():
+    """The host's model is no better than a host: it counts bytes without a stop bit, and hears nothing in a short low."""
+    host = UartHost(16)
+    for level in [1] * 5 + frame_levels([0x47], 16) + frame_levels([0x48], 16)[:-16] + [0] * 16 + [1] * 20 + frame_levels([0x49], 16):
+        host.step(level)
+    assert (list(host.received), host.framing_errors) == ([0x47, 0x49], 1)

@@ -13,8 +13,9 @@ __all__ = ["SimulatedChip", "UartHost"]
 class UartHost:
     """Sends and receives bytes at a rate of its own, eight data bits, no parity, one stop bit; disturbs the line if asked to.
 
-    It is stepped once a clock of the design: :meth:`step` takes the level of the design's ``tx`` and returns the one for its ``rx``. All
-    that is to be sent is queued first, and goes out in order.
+    It is stepped once a clock of the design: :meth:`step` takes the level of the design's ``tx`` and returns the one for its ``rx``. In
+    Amaranth's simulator that is ``ctx.set(dut.rx, host.step(ctx.get(dut.tx)))``, in cocotb ``dut.rx.value = host.step(int(dut.tx.value))``.
+    All that is to be sent is queued first, and goes out in order.
 
     Parameters
     ----------
@@ -123,12 +124,6 @@ class UartHost:
                 else:
                     self.framing_errors += 1
                 self._since = None
-
-    async def run(self, ctx, dut):
-        """Testbench for Amaranth's simulator: the host on ``dut.rx`` and ``dut.tx``, for ever."""
-        while True:
-            ctx.set(dut.rx, self.step(ctx.get(dut.tx)))
-            await ctx.tick()
 
 
 class SimulatedChip:
