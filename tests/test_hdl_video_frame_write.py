@@ -45,8 +45,9 @@ class Run:
         async def control(ctx):
             turn = iter(choices)
             buffer = None
-            async for *_, overflow, begin, complete, abandoned, ragged in ctx.tick().sample(
-                    dut.overflow, *[getattr(dut, name) for name in PULSES]):
+            async for *_, overflow, waits, begin, complete, abandoned, ragged in ctx.tick().sample(
+                    dut.overflow, dut.i.valid & ~dut.i.ready, *[getattr(dut, name) for name in PULSES]):
+                assert waits or not overflow
                 self.overflows += overflow
                 for name, pulse in zip(PULSES, (begin, complete, abandoned, ragged)):
                     if pulse:
@@ -74,6 +75,7 @@ class Run:
         sim.add_process(control)
         sim.add_process(serve(arbiter.bus, memory))
         sim.add_testbench(check_rules(dut.i, taken, self.cycles), background=True)
+        sim.add_testbench(check_rules(dut.port.request, []), background=True)
         sim.run()
         assert len(taken) == len(words)
         assert next(iter(choices[sum(name == "begin" for name, _ in self.events):]), None) is None
@@ -148,6 +150,7 @@ def faults(words):
         "dropped at once": ([words[0], dropped], 0),
         "dropped in mid-line": ([*words[:50], dropped], 0),
         "dropped before its last pixel": ([*words[:79], dropped], 0),
+        "dropped by a word that says first": ([*words[:50], {**dropped, "first": 1}], 0),
         "dropped twice": ([*words[:30], dropped, dropped, *words[50:60]], 0),
         "dropped, then its rest": ([*words[:10], dropped, *words[11:]], 0),
     }
@@ -222,7 +225,7 @@ def test_overflow_is_told():
     memory_map = MemoryMap(64, 4)
     picture, = noise(64, 4, 1, pictures=1)
     run = Run(FrameWriter(memory_map, Plane.LEFT, burst=4, depth=6), memory_map, camera_words(picture), [(0, 1)],
-              timing=Ddr2Timing(init=1, busy=0.0, stalls=((60, 250),)))
+              timing=Ddr2Timing(init=1, busy=0.0, stalls=((60, 250),)), stall=0.2)
     assert 100 < run.overflows < 250
     assert run.fill == 6
     assert run.pictures[0].tolist() == picture.tolist()

@@ -103,7 +103,7 @@ class _PlanePairReader(wiring.Component):
             m.d.sync += [asks.eq(0), side.eq(~side)]
         with m.Elif(reading & scan.active & ~cut & (rooms[side] >= scan.o.length)):
             m.d.sync += asks.eq(1)
-        m.d.comb += self.done.eq(reading & ~scan.active & (flying == 0) & ~cut)
+        m.d.comb += self.done.eq(reading & ~scan.active & (flying == 0))
         with m.If(self.done):
             m.d.sync += reading.eq(0)
         with m.If(clear):

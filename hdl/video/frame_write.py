@@ -116,8 +116,8 @@ class _PlaneWriter(wiring.Component):
             with m.State("fill"):
                 m.d.comb += [gathers.eq(1), self.overflow.eq(self.i.valid & ~packer.i.ready)]
                 with m.If(self.i.valid & (drop | wrong)):
-                    # A pixel that begins the next frame waits for it.
-                    m.d.comb += [self.i.ready.eq(drop | ~word.first | origin), self.ragged.eq(~drop)]
+                    # What it is waits to be looked at again, but for the frame's own first pixel.
+                    m.d.comb += [self.i.ready.eq(origin), self.ragged.eq(~drop)]
                     m.next = "abandon"
                 with m.Else():
                     m.d.comb += [packer.i.valid.eq(self.i.valid), self.i.ready.eq(packer.i.ready)]
