@@ -100,9 +100,9 @@ class DisplayOutput(wiring.Component):
     come from :class:`DviTiming` alone.
 
     **Fetching.** At the beginning of vertical blanking the display asks for a picture: ``fetch`` is high for a cycle. Words taken in that
-    cycle and the next are of the picture before, and ``shown_valid`` is sampled in the next. If it is high, the picture reader sends the new
-    picture, beginning with ``first``; of the old one it must not offer another ``first`` from then on, but may offer other words, which
-    are discarded. If it is low, the screen is black, and that is not an underflow.
+    cycle and the next are of the picture before, and ``shown_valid`` is sampled in the next. If it is high, the picture reader sends the
+    new picture, beginning with ``first``; of the old one it must not offer another ``first`` from then on, but may offer other words,
+    which are discarded. If it is low, the screen is black, and that is not an underflow.
 
     **Underflow.** A picture that was announced and whose next pixel is not there when the display needs it, because it is late or because
     the picture is ragged or of another size, is black from that pixel on, and ``underflows`` counts one. The next frame begins anew:
