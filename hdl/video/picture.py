@@ -202,8 +202,9 @@ class PictureScan(wiring.Component):
         head, halves = self.head, self.settings.halves
 
         def within(place):
-            columns, lines = place
-            return (self.x >= columns.start) & (self.x < columns.stop) & (self.y >= lines.start) & (self.y < lines.stop)
+            # A comparison with 0 would be a constant, of which tools warn.
+            return Cat(at < limits.stop if limits.start == 0 else (at >= limits.start) & (at < limits.stop)
+                       for at, limits in zip((self.x, self.y), place)).all()
 
         # Is this pixel one of the picture, and is it there?
         inside, good = Signal(), Signal()
