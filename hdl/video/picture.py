@@ -27,9 +27,9 @@ class QueuedPixel(data.StructLayout):
 class PictureGate(wiring.Component):
     """Lets the pixels of the picture that was fetched last pass, each at its place, and nothing else.
 
-    After ``fetch`` all words are discarded up to the first one with ``first``; all if no picture was announced. What comes is checked against
-    the picture's size: with the first word at odds with it the rest is discarded. In mode ``both`` only every second pixel of
-    every second line passes, so that the half pictures fill the FIFO as they leave it.
+    After ``fetch`` all words are discarded up to the first one with ``first``; all if no picture was announced. What comes is checked
+    against the picture's size: with the first word at odds with it the rest is discarded. In mode ``both`` every second pixel of every
+    second line passes, so that no more enters the FIFO than is shown.
 
     Timing: combinational from ``i`` to ``word``; a word a cycle. ``i.ready`` depends combinationally on ``ready`` and on ``fetch``, in
     whose cycle, and in the one after it, words are taken and discarded.
@@ -39,6 +39,8 @@ class PictureGate(wiring.Component):
     config : :class:`MatcherConfig`
     width, height : int
         Of the picture, in pixels.
+    reader_skips : bool
+        In mode ``both`` the lines 0, 2, 4, ... come and no others; as many as the half picture has.
 
     Members
     -------
@@ -60,10 +62,10 @@ class PictureGate(wiring.Component):
     coming : Out(1)
         Words of it are still to come.
     """
-    def __init__(self, config: MatcherConfig, width, height):
-        self.config = config
+    def __init__(self, config: MatcherConfig, width, height, *, reader_skips=False):
         self.width = width
         self.height = height
+        self.reader_skips = reader_skips
         super().__init__({
             "fetch": In(1),
             "shown_valid": In(1),
@@ -84,30 +86,34 @@ class PictureGate(wiring.Component):
         # Place of the next pixel in the picture.
         x = Signal(range(self.width))
         y = Signal(range(self.height))
-        begun, line_end, fits = Signal(), Signal(), Signal()
+        begun, line_end, last_line, fits = Signal(), Signal(), Signal(), Signal()
         m.d.comb += [
             begun.eq((x != 0) | (y != 0)),
             line_end.eq(x == self.width - 1),
-            fits.eq((pixel.first == ~begun) & (pixel.last == line_end)),
+            last_line.eq(y == self.height - 1),
+            fits.eq((pixel.first != begun) & (pixel.last == line_end)),
         ]
-
-        # Of an odd number of columns or lines the last one has no half.
-        kept = Signal()
-        m.d.comb += kept.eq(~self.halves | ~(x[0] | y[0] | (x == self.width // 2 * 2) | (y == self.height // 2 * 2)))
+        # Of an odd number of columns or lines the last one is in no half picture.
+        left_out = x[0] | (x == self.width // 2 * 2)
+        if self.reader_skips:
+            with m.If(self.halves):
+                m.d.comb += last_line.eq(y == self.height // 2 - 1)
+        else:
+            left_out |= y[0] | (y == self.height // 2 * 2)
 
         wanted = Signal()
         m.d.comb += [
             wanted.eq(self.coming & (begun | pixel.first)),
             self.word.disparity.eq(pixel.disparity), self.word.left.eq(pixel.left),
             self.word.first.eq(pixel.first), self.word.tag.eq(self.tag),
-            self.write.eq(self.i.valid & wanted & fits & kept & ~self.fetch),
+            self.write.eq(self.i.valid & wanted & fits & ~(self.halves & left_out) & ~self.fetch),
             self.i.ready.eq(~self.coming | self.fetch | self.ready),
         ]
         with m.If(self.i.valid & self.i.ready & wanted):
             m.d.sync += x.eq(x + 1)
             with m.If(line_end):
                 m.d.sync += [x.eq(0), y.eq(y + 1)]
-            with m.If(~fits | (line_end & (y == self.height - 1))):
+            with m.If(~fits | (line_end & last_line)):
                 m.d.sync += self.coming.eq(0)
 
         fetched = Signal()
@@ -129,7 +135,8 @@ class PictureScan(wiring.Component):
     """Colours of the pixel that the display's counters point to. All of it is in the display's clock domain.
 
     The golden model is :func:`golden.display.monitor_picture`. A picture pixel that is not there as it is needed is black, and so is
-    the picture from there on. Words whose tag is not that of this frame are drained as fast as they come.
+    the picture from there on. Words whose tag is not that of this frame are drained as fast as they come, and before the picture begins
+    all that cannot be its first: after a reset of the display a tag may come back too early.
 
     A table of ``labels`` words of 32 bits gives a disparity's grey level and its red, green and blue: nothing is divided at run time. In
     mode ``both`` the left pixels of a line wait in a line memory until its disparities have been shown.
@@ -195,8 +202,9 @@ class PictureScan(wiring.Component):
         head, halves = self.head, self.settings.halves
 
         def within(place):
-            columns, lines = place
-            return (self.x >= columns.start) & (self.x < columns.stop) & (self.y >= lines.start) & (self.y < lines.stop)
+            # A comparison with 0 would be a constant, of which tools warn.
+            return Cat(at < limits.stop if limits.start == 0 else (at >= limits.start) & (at < limits.stop)
+                       for at, limits in zip((self.x, self.y), place)).all()
 
         # Is this pixel one of the picture, and is it there?
         inside, good = Signal(), Signal()
@@ -208,7 +216,7 @@ class PictureScan(wiring.Component):
             self.needed.eq(inside & ~beside),
             good.eq(self.there & (head.tag == self.tag) & (head.first != begun)),
             self.underflow.eq(self.needed & ~good),
-            self.take.eq(self.needed & good | (head.tag != self.tag)),
+            self.take.eq(self.needed & good | (head.tag != self.tag) | ~(begun | head.first)),
         ]
         with m.If(self.frame_start):
             m.d.sync += [begun.eq(0), failed.eq(0)]
@@ -227,7 +235,8 @@ class PictureScan(wiring.Component):
         greys = grey_level(range(labels), labels)
         shades = [{"grey": int(grey), "red": int(red), "green": int(green), "blue": int(blue)}
                   for grey, (red, green, blue) in zip(greys, colour_table()[greys])]
-        m.submodules.shades = shade_memory = Memory(shape=data.StructLayout(dict.fromkeys(shades[0], PIXEL_BITS)), depth=labels, init=shades)
+        shade_shape = data.StructLayout(dict.fromkeys(shades[0], PIXEL_BITS))
+        m.submodules.shades = shade_memory = Memory(shape=shade_shape, depth=labels, init=shades)
         m.submodules.line = line_memory = Memory(shape=PIXEL_BITS, depth=self.width // 2, init=[])
         shade, line_read, line_write = shade_memory.read_port(), line_memory.read_port(), line_memory.write_port()
         shown = Signal()
