@@ -226,8 +226,8 @@ def test_reset_in_mid_frame(cut):
 
 @pytest.mark.parametrize("config, message", [
     (MatcherConfig(arithmetic=Arithmetic.FLOAT), "the arithmetic float has no gateware; choose thesis or linear"),
-    (MatcherConfig(arithmetic=Arithmetic.LINEAR, cost=Cost.FUSED), "the gateware has the cost thesis and the minimum disparity 0, not fused and 0"),
-    (MatcherConfig(minimum=3), "the gateware has the cost thesis and the minimum disparity 0, not thesis and 3"),
+    (MatcherConfig(arithmetic=Arithmetic.LINEAR, cost=Cost.FUSED), "cost thesis and the minimum disparity 0, not fused and 0"),
+    (MatcherConfig(minimum=3), "cost thesis and the minimum disparity 0, not thesis and 3"),
 ])
 def test_refuses(config, message):
     with pytest.raises(ValueError, match=message):
