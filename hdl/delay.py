@@ -32,7 +32,7 @@ class Delay(wiring.Component):
     i : In(shape)
     o : Out(shape)
     """
-    LONGEST_IN_REGISTERS = 3
+    LONGEST_IN_REGISTERS = 4
 
     def __init__(self, shape, clocks, *, clean=False):
         if clocks < 0:

@@ -145,13 +145,13 @@ class StreamingEngine(wiring.Component):
         self.source = WaveSource(config)
         self.array = LabelArray(config)
         # (These depths carry the rate. Too small a one would cost clocks, never a wrong disparity.)
-        self.queue_depth = BecArray.latency_of(config) + 11
+        self.queue_depth = BecArray.latency_of(config) + 13
         # A cost is overwritten one line, and all that may be queued, after it was stored. Reading lags by the admission's pipeline, and in
         # the top group by a cycle for each label below it; storing lags by a cycle for each group below it.
         *below, top = BecArray.groups_of(config)
         lag = self.admission_latency + top[0] - len(below)
         self.bec = BecArray(config, config.max_width + self.queue_depth + lag)
-        self.output_depth = self.admission_latency + self.array.latency + 8
+        self.output_depth = self.admission_latency + self.array.latency + 9
         super().__init__({
             "i": In(stream.Signature(ColumnWord())),
             "o": Out(stream.Signature(DisparityWord(config))),
@@ -204,7 +204,8 @@ class StreamingEngine(wiring.Component):
         ]
         on_the_way = Signal(range(self.queue_depth + 2))  # pixels between source and admission
         m.d.sync += on_the_way.eq(on_the_way + source.pixel_valid - admit)
-        m.d.comb += source.go.eq(on_the_way + source.pixel_valid < self.queue_depth)
+        # From a register: a wave that this cycle may still let in is on its way when the next one is decided.
+        m.d.sync += source.go.eq(on_the_way + source.pixel_valid < self.queue_depth - 2)
 
         # Admission.
         x        = Signal(range(config.max_width))
@@ -213,8 +214,19 @@ class StreamingEngine(wiring.Component):
         unread   = Signal(range(self.output_depth + 1))  # admitted, disparity not yet taken from the output FIFO
         chosen   = Signal()
         taken    = Signal()
-        m.d.comb += admit.eq(head_register.o.valid & (unread < self.output_depth) & (~head.pixel.has_upper | (inside <= width)))
-        m.d.sync += [inside.eq(inside + admit - chosen), unread.eq(unread + admit - taken)]
+        # Decided a cycle ahead, so that what depends on it has the cycle to itself: another pixel may be admitted in between, and behind
+        # a line's last one nothing is, because the width may change there.
+        room     = Signal()  # in the output FIFO
+        above    = Signal()  # the disparity above the next pixel is known
+        still_inside = Signal.like(inside)
+        m.d.comb += [
+            admit.eq(head_register.o.valid & room & (~head.pixel.has_upper | above)),
+            still_inside.eq(inside + admit - chosen),
+        ]
+        m.d.sync += [
+            inside.eq(still_inside), unread.eq(unread + admit - taken),
+            room.eq(unread < self.output_depth - 1), above.eq((still_inside <= width) & ~(admit & head.pixel.last)),
+        ]
         with m.If(admit):
             m.d.sync += x.eq(x + 1)
             with m.If(head.pixel.last):
@@ -269,12 +281,18 @@ class StreamingEngine(wiring.Component):
         turn = data.StructLayout({"valid": 1, "x": range(config.max_width), **FLAGS})
         m.submodules.turn = turn_delay = Delay(turn, self.admission_latency + array.latency, clean=True)
         m.d.comb += [turn_delay.i.valid.eq(admit), turn_delay.i.x.eq(x), *copy_flags(turn_delay.i, head.pixel)]
-        disparity = Signal(range(labels))
+        # A register for each bit's multiplexer: one alone would drive as many inputs as there are labels, for each bit of a label. They begin
+        # unlike, so that no tool makes one of them; a line's first pixel has no left neighbour, and any will do for it.
+        bits      = (labels - 1).bit_length()
+        chosen_by = [Signal(range(labels), name=f"disparity_{bit}", init=bit % labels, reset_less=True) for bit in range(bits)]
+        disparity = chosen_by[0]
+        selected  = Signal(range(labels))
         done      = Signal()
         done_turn = Signal(turn, reset_less=True)
+        m.d.comb += selected.eq(Cat(choose([value[bit] for value in array.transition], index) for bit, index in enumerate(chosen_by)))
         m.d.sync += [done.eq(turn_delay.o.valid), done_turn.eq(turn_delay.o)]
         with m.If(turn_delay.o.valid):
-            m.d.sync += disparity.eq(choose(array.transition, disparity))
+            m.d.sync += [index.eq(selected) for index in chosen_by]
         m.d.comb += [
             result_write.addr.eq(done_turn.x), result_write.data.eq(disparity), result_write.en.eq(done), chosen.eq(done),
         ]
@@ -292,7 +310,6 @@ class StreamingEngine(wiring.Component):
 
 def choose(values, index):
     """``values[index]`` as a tree of two-input choices, the lowest bit of the index first."""
-    values = [values[n] for n in range(len(values))]
     for bit in index:
         values = [Mux(bit, values[n + 1], values[n]) if n + 1 < len(values) else values[n] for n in range(0, len(values), 2)]
     return values[0]
