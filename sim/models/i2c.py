@@ -46,7 +46,8 @@ class I2cBus:
         self.chips = chips
         self.rise_ns = rise_ns
         self.broken_allowed = False
-        self.scl = self.sda = 1
+        self.scl = int(not any(chip.scl_low for chip in chips))
+        self.sda = int(not any(chip.sda_low for chip in chips))
         self.starts = self.stops = 0
         self._master = (False, False)
         self._now = 0.0
