@@ -162,6 +162,7 @@ def test_watch_shows_changes(capsys):
     looks = len(REGISTERS.of(Kind.STATUS, Kind.COUNTER))
     *_, last = rows(out, "pairs")
     assert last[2] == f"+{looks}"
+    assert len(line.requests) == 3 + 3 * looks
     *_, last = rows(out, "setup_step")
     assert last[2] == "" and int(last[1]) > looks
 
@@ -220,6 +221,23 @@ def test_silence_before_a_retry():
     Chip(line, answer_seconds=0.5).read("u1")
     # Nothing waits before the first attempts; then the answer that does not come, and the silence.
     assert line.waits == [0, 0, 0, 0, 0.5, 0.011]
+
+
+def test_noise_costs_no_time():
+    """As soon as the reply is there it is taken: no wait for bytes after it."""
+    line = FakeLine(FAULTS["noise before it"])
+    Chip(line).read("u1")
+    assert set(line.waits) == {0}
+
+
+def test_port_and_rate_are_those_of_the_command_line():
+    opened = []
+
+    def connect(*arguments):
+        opened.append(arguments)
+        return contextlib.nullcontext(FakeLine())
+    assert main(["--port", "COM3", "get", "u1"], connect) == main(["--port", "COM4", "--baud", "9600", "get", "u1"], connect) == 0
+    assert opened == [("COM3", 115_200), ("COM4", 9600)]
 
 
 def test_no_answer(capsys):
@@ -304,12 +322,12 @@ def test_port_is_missing(capsys):
     assert "--port is missing" in capsys.readouterr().err
 
 
-@pytest.mark.parametrize("port", ["none/ttyS0", "."])
-def test_port_that_is_none(capsys, tmp_path, monkeypatch, port):
+@pytest.mark.parametrize("port, reason", [("none/ttyS0", "No such file or directory"), (".", "Is a directory")])
+def test_port_that_is_none(capsys, tmp_path, monkeypatch, port, reason):
     monkeypatch.chdir(tmp_path)
     assert main(["--port", port, "get", "u1"]) == 2
     err = capsys.readouterr().err
-    assert f"the serial port {port} cannot be opened: " in err and err.count("\n") == 1
+    assert f"the serial port {port} cannot be opened: {reason}; name the one" in err and err.count("\n") == 1
 
 
 def test_port_that_is_a_file(capsys, tmp_path):
