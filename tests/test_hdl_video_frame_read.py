@@ -144,8 +144,9 @@ def test_a_pixel_a_cycle(latency):
     assert np.diff(cycles).tolist() == [1] * (64 * 6 - 1)
 
 
-def test_clear_fill():
-    memory_map = MemoryMap(20, 3)
+def test_fill():
+    """The fuller FIFO counts: the left one fills first."""
+    memory_map = MemoryMap(64, 1)
     memory, _ = filled(memory_map, (Plane.LEFT, Plane.RIGHT))
     dut = PairReader(memory_map, burst=4, depth=8)
 
@@ -153,8 +154,11 @@ def test_clear_fill():
         ctx.set(dut.start, 1)
         await ctx.tick()
         ctx.set(dut.start, 0)
-        await receive(ctx, dut.o, 60, rng=np.random.default_rng(1))
-        assert ctx.get(dut.fill) > 0
+        while not ctx.get(dut.fill):
+            await ctx.tick()
+        assert memory.words_read - len(memory._on_their_way) <= 4
+        await receive(ctx, dut.o, 64, rng=np.random.default_rng(1))
+        assert ctx.get(dut.fill) == 4
         ctx.set(dut.clear_fill, 1)
         await ctx.tick()
         ctx.set(dut.clear_fill, 0)

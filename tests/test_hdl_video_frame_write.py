@@ -150,7 +150,7 @@ def faults(words):
         "dropped at once": ([words[0], dropped], 0),
         "dropped in mid-line": ([*words[:50], dropped], 0),
         "dropped before its last pixel": ([*words[:79], dropped], 0),
-        "dropped by a word that says first": ([*words[:50], {**dropped, "first": 1}], 0),
+        "dropped by words that say first": ([*words[:50], *[{**dropped, "first": 1}] * 2], 0),
         "dropped twice": ([*words[:30], dropped, dropped, *words[50:60]], 0),
         "dropped, then its rest": ([*words[:10], dropped, *words[11:]], 0),
     }
