@@ -48,7 +48,7 @@ def prove(elaboratable, ports, folder: Path, *, timeout=120) -> bool:
     timeout : float
         Seconds of ABC; :class:`TimeoutError` after them.
     """
-    import pyosys   # of the extra `resources`: whoever proves nothing does without
+    import pyosys  # of the extra `resources`: whoever proves nothing does without
 
     m = Module()
     m.domains.sync = sync = ClockDomain(reset_less=True)
