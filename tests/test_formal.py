@@ -1,7 +1,7 @@
 # amaranth: UnusedElaboratable=no
 import pytest
-from amaranth.hdl import *
-from amaranth.hdl import Assert
+from amaranth import *
+from amaranth.hdl import Assert, Elaboratable
 
 from sim.formal import prove
 

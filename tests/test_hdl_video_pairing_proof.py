@@ -4,8 +4,8 @@
 from operator import attrgetter
 
 import pytest
-from amaranth.hdl import *
-from amaranth.hdl import Assert
+from amaranth import *
+from amaranth.hdl import Assert, Elaboratable
 
 from golden.pairing import CAMERAS, PLANES
 from hdl.video.pairing import BufferControl
