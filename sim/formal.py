@@ -5,6 +5,7 @@ the inductive invariant itself.
 """
 
 import subprocess
+from importlib.util import find_spec
 from pathlib import Path
 
 from amaranth.back import rtlil
@@ -48,8 +49,6 @@ def prove(elaboratable, ports, folder: Path, *, timeout=120) -> bool:
     timeout : float
         Seconds of ABC; :class:`TimeoutError` after them.
     """
-    import pyosys   # of the extra `resources`: whoever proves nothing does without
-
     m = Module()
     m.domains.sync = sync = ClockDomain(reset_less=True)
     m.submodules.design = elaboratable
@@ -59,10 +58,11 @@ def prove(elaboratable, ports, folder: Path, *, timeout=120) -> bool:
     header = (folder / "design.aig").read_bytes().split(b"\n", 1)[0].split()
     if len(header) < 7 or header[3] == b"0":
         raise ValueError(f"{type(elaboratable).__name__} asserts nothing of registers that its inputs could change")
-    abc = Path(pyosys.__file__).with_name("yosys-abc")
+    pyosys = find_spec("pyosys")
+    assert pyosys and pyosys.origin
     try:
-        run = subprocess.run([abc, "-c", "read_aiger design.aig; fold; strash; pdr"], cwd=folder, check=True, capture_output=True,
-                             text=True, timeout=timeout)
+        run = subprocess.run([Path(pyosys.origin).with_name("yosys-abc"), "-c", "read_aiger design.aig; fold; strash; pdr"], cwd=folder,
+                             check=True, capture_output=True, text=True, timeout=timeout)
     except subprocess.TimeoutExpired:
         raise TimeoutError(f"neither proved nor refuted in {timeout:g} s") from None
     proved, refuted = "Property proved" in run.stdout, "was asserted in frame" in run.stdout

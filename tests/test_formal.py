@@ -1,7 +1,7 @@
 # amaranth: UnusedElaboratable=no
 import pytest
-from amaranth.hdl import *
-from amaranth.hdl import Assert
+from amaranth import *
+from amaranth.hdl import Assert, Elaboratable
 
 from sim.formal import prove
 
@@ -29,7 +29,7 @@ def test_counter(tmp_path, top, limit, holds):
 
 def test_no_assertion(tmp_path):
     counter = Counter(9, 10)
-    with pytest.raises(ValueError, match="^Counter asserts nothing"):
+    with pytest.raises(ValueError, match=r"^Counter asserts nothing"):
         prove(counter, [], tmp_path)     # it stands still
 
 
