@@ -222,12 +222,13 @@ class CameraInput(wiring.Component):
             "clear": In(1),
         })
 
-    def stall_cycles(self, sync_hz: float) -> int:
-        """Cycles of ``sync`` for which ``o.ready`` may be low without loss, when the FIFO was empty: at 512 words and 75 MHz 2822, 38 us.
+    @staticmethod
+    def stall_cycles(format: CameraFormat, depth: int, sync_hz: float) -> int:
+        """Cycles of ``sync`` for which ``o.ready`` may be low without loss, if the FIFO was empty: of 512 words 2822 at 75 MHz, 38 us.
 
         A pixel comes each two bytes; four words of the FIFO are what is on the way between the clocks.
         """
-        return int((self.depth - 4) * 2 * sync_hz / self.format.byte_clock_hz)
+        return int((depth - 4) * 2 * sync_hz / format.byte_clock_hz)
 
     def elaborate(self, platform):
         m = Module()
