@@ -7,7 +7,7 @@ from amaranth.lib.fifo import AsyncFIFOBuffered
 from amaranth.lib.wiring import In, Out
 
 from golden.config import PIXEL_BITS, MatcherConfig
-from golden.display import DisplayMode
+from golden.display import DisplayMode, placement
 from golden.formats import DisplayFormat
 
 from .picture import DisplaySettings, PictureGate, PictureScan, QueuedPixel
@@ -111,9 +111,10 @@ class DisplayOutput(wiring.Component):
 
     **FIFO.** A line of the picture takes a pixel each display cycle, ``f`` = 65 Mpixel/s at most, while the reader delivers up to one each cycle
     of ``sync`` (75 MHz) and gets ahead again in horizontal blanking. A full FIFO bridges ``depth / f``: 7.9 us, 590 cycles at 75 MHz,
-    with the 512 words of one M9K block. Needed are the reader's longest wait for memory: the arbiter's stated worst case, a
-    refresh (about 20 cycles) and the read latency (30 cycles). So the arbiter may take 540 cycles, many bursts of each of its clients.
-    A longer stall costs the rest of that frame.
+    with the 512 words of one M9K block. That must cover the reader's longest wait for memory: the arbiter's worst case, a refresh (about
+    20 cycles) and the read latency (30 cycles); so the arbiter may take up to 540 cycles. A longer stall costs the rest of that frame.
+    In the long run the reader must deliver :attr:`pixel_rate`. On 1024x768 that is 35 Mpixel/s, and in mode ``both``, of which three
+    quarters are thrown away, 70 of the 75 that a stream at 75 MHz can carry; with ``reader_skips`` it is 35 in all modes.
 
     Timing: two display cycles from the counters to the pins; all pins are registered together. Outside ``de`` colours are 0.
 
@@ -127,12 +128,16 @@ class DisplayOutput(wiring.Component):
         Of the picture, in pixels; at most the display's.
     depth : int
         Words of the FIFO's memory, a power of two from 16 on; vertical blanking must be 64 pixels longer, for it to be drained.
+    reader_skips : bool
+        While ``halves`` is high, the reader sends the lines 0, 2, 4, ... of the picture only, as many as the half picture has.
 
     Members
     -------
     i : In(stream.Signature(ShownPixel(config)))
     fetch : Out(1)
     shown_valid : In(1)
+    halves : Out(1)
+        Mode ``both`` was sampled; from the cycle after ``fetch`` to the next ``fetch``.
     mode : In(2)
         :attr:`DisplayMode.code`; 3 is as ``both``.
     colour : In(1)
@@ -148,22 +153,25 @@ class DisplayOutput(wiring.Component):
     fill : Out(range(depth + 2))
         Lowest number of words in the FIFO, since reset, as the display took a pixel while more were still to come; for benches.
     """
-    def __init__(self, config: MatcherConfig, display: DisplayFormat, width, height, *, depth=512):
+    def __init__(self, config: MatcherConfig, display: DisplayFormat, width, height, *, depth=512, reader_skips=False):
         if depth < 16 or depth & (depth - 1):
             raise ValueError(f"the display's FIFO must have a power of two from 16 on as its depth, not {depth!r}")
         blanking = (display.v_total - display.height) * display.h_total
         if blanking < depth + 64:
             raise ValueError(f"vertical blanking of {blanking} pixels is too short to drain the display's FIFO of {depth} words; "
                              f"give it {blanking - 64} or less")
+        placement(display, width, height, DisplayMode.BOTH)  # does it fit?
         self.config = config
         self.display = display
+        self.width = width
+        self.height = height
         self.depth = depth
-        self.gate = PictureGate(config, width, height)
-        self.scan = DomainRenamer("display")(PictureScan(config, display, width, height))
+        self.reader_skips = reader_skips
         super().__init__({
             "i": In(stream.Signature(ShownPixel(config))),
             "fetch": Out(1),
             "shown_valid": In(1),
+            "halves": Out(1),
             "mode": In(2),
             "colour": In(1),
             "underflows": Out(COUNT_BITS),
@@ -178,11 +186,17 @@ class DisplayOutput(wiring.Component):
             "fill": Out(range(depth + 2), init=depth + 1),
         })
 
+    @property
+    def pixel_rate(self):
+        """Pixels a second at ``i`` that the lines of the picture need, in the mode that needs most."""
+        lines = 1 if self.reader_skips else 2  # of the picture in a line of the display: every second one is thrown away
+        return lines * self.width * self.display.pixel_clock_hz / self.display.h_total
+
     def elaborate(self, platform):
         m = Module()
         m.submodules.timing = timing = DomainRenamer("display")(DviTiming(self.display))
-        m.submodules.gate = gate = self.gate
-        m.submodules.scan = scan = self.scan
+        m.submodules.gate = gate = PictureGate(self.config, self.width, self.height, reader_skips=self.reader_skips)
+        m.submodules.scan = scan = DomainRenamer("display")(PictureScan(self.config, self.display, self.width, self.height))
         m.submodules.fifo = fifo = AsyncFIFOBuffered(width=QueuedPixel(self.config).size, depth=self.depth + 1,
                                                      w_domain="sync", r_domain="display")
         frame_tag, gate_tag, fetch = _tell(m, "request", timing.frame_start, source="display", target="sync")
@@ -204,7 +218,7 @@ class DisplayOutput(wiring.Component):
             m.d.sync += [self.frames.eq(fetch), self.underflows.eq(underflow)]
         wiring.connect(m, wiring.flipped(self.i), gate.i)
         m.d.comb += [
-            self.fetch.eq(fetch),
+            self.fetch.eq(fetch), self.halves.eq(settings.halves),
             gate.fetch.eq(fetch), gate.shown_valid.eq(self.shown_valid), gate.halves.eq(settings.halves), gate.tag.eq(gate_tag),
             fifo.w_data.eq(gate.word), fifo.w_en.eq(gate.write), gate.ready.eq(fifo.w_rdy),
         ]
@@ -227,7 +241,7 @@ class DisplayOutput(wiring.Component):
 
         # The timing goes as many registers as the colours.
         pins = Cat(timing.de, timing.hsync, timing.vsync)
-        for stage in range(scan.LATENCY):
+        for stage in range(PictureScan.LATENCY):
             delayed = Signal(3, init=0b110, name=f"pins_{stage}")
             m.d.display += delayed.eq(pins)
             pins = delayed

@@ -27,9 +27,9 @@ class QueuedPixel(data.StructLayout):
 class PictureGate(wiring.Component):
     """Lets the pixels of the picture that was fetched last pass, each at its place, and nothing else.
 
-    After ``fetch`` all words are discarded up to the first one with ``first``; all if no picture was announced. What comes is checked against
-    the picture's size: with the first word at odds with it the rest is discarded. In mode ``both`` only every second pixel of
-    every second line passes, so that the half pictures fill the FIFO as they leave it.
+    After ``fetch`` all words are discarded up to the first one with ``first``; all if no picture was announced. What comes is checked
+    against the picture's size: with the first word at odds with it the rest is discarded. In mode ``both`` every second pixel of every
+    second line passes, so that no more enters the FIFO than is shown.
 
     Timing: combinational from ``i`` to ``word``; a word a cycle. ``i.ready`` depends combinationally on ``ready`` and on ``fetch``, in
     whose cycle, and in the one after it, words are taken and discarded.
@@ -39,6 +39,8 @@ class PictureGate(wiring.Component):
     config : :class:`MatcherConfig`
     width, height : int
         Of the picture, in pixels.
+    reader_skips : bool
+        In mode ``both`` the lines 0, 2, 4, ... come and no others; as many as the half picture has.
 
     Members
     -------
@@ -60,10 +62,10 @@ class PictureGate(wiring.Component):
     coming : Out(1)
         Words of it are still to come.
     """
-    def __init__(self, config: MatcherConfig, width, height):
-        self.config = config
+    def __init__(self, config: MatcherConfig, width, height, *, reader_skips=False):
         self.width = width
         self.height = height
+        self.reader_skips = reader_skips
         super().__init__({
             "fetch": In(1),
             "shown_valid": In(1),
@@ -84,30 +86,34 @@ class PictureGate(wiring.Component):
         # Place of the next pixel in the picture.
         x = Signal(range(self.width))
         y = Signal(range(self.height))
-        begun, line_end, fits = Signal(), Signal(), Signal()
+        begun, line_end, last_line, fits = Signal(), Signal(), Signal(), Signal()
         m.d.comb += [
             begun.eq((x != 0) | (y != 0)),
             line_end.eq(x == self.width - 1),
-            fits.eq((pixel.first == ~begun) & (pixel.last == line_end)),
+            last_line.eq(y == self.height - 1),
+            fits.eq((pixel.first != begun) & (pixel.last == line_end)),
         ]
-
-        # Of an odd number of columns or lines the last one has no half.
-        kept = Signal()
-        m.d.comb += kept.eq(~self.halves | ~(x[0] | y[0] | (x == self.width // 2 * 2) | (y == self.height // 2 * 2)))
+        # Of an odd number of columns or lines the last one is in no half picture.
+        left_out = x[0] | (x == self.width // 2 * 2)
+        if self.reader_skips:
+            with m.If(self.halves):
+                m.d.comb += last_line.eq(y == self.height // 2 - 1)
+        else:
+            left_out |= y[0] | (y == self.height // 2 * 2)
 
         wanted = Signal()
         m.d.comb += [
             wanted.eq(self.coming & (begun | pixel.first)),
             self.word.disparity.eq(pixel.disparity), self.word.left.eq(pixel.left),
             self.word.first.eq(pixel.first), self.word.tag.eq(self.tag),
-            self.write.eq(self.i.valid & wanted & fits & kept & ~self.fetch),
+            self.write.eq(self.i.valid & wanted & fits & ~(self.halves & left_out) & ~self.fetch),
             self.i.ready.eq(~self.coming | self.fetch | self.ready),
         ]
         with m.If(self.i.valid & self.i.ready & wanted):
             m.d.sync += x.eq(x + 1)
             with m.If(line_end):
                 m.d.sync += [x.eq(0), y.eq(y + 1)]
-            with m.If(~fits | (line_end & (y == self.height - 1))):
+            with m.If(~fits | (line_end & last_line)):
                 m.d.sync += self.coming.eq(0)
 
         fetched = Signal()

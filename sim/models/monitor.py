@@ -53,6 +53,12 @@ class Monitor:
         self._y: int | None = None  # not locked
         self._before = 0
 
+    def restart(self) -> None:
+        """Ignore what comes up to the next falling edge of ``vsync``, as after switching on."""
+        self._y = None
+        self._before = 0
+        self._line.clear()
+
     def clock(self, word: int) -> None:
         """Take the :data:`PINS` in one pixel clock."""
         line = self._line

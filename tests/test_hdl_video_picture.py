@@ -1,0 +1,101 @@
+"""The gate in front of the display's FIFO, against a model that works on lists; what comes behind the FIFO: test_hdl_video_dvi.py."""
+
+import random
+
+import pytest
+from amaranth.hdl import Value
+from amaranth.sim import Simulator
+
+from golden.config import MatcherConfig
+from hdl.video.picture import PictureGate, QueuedPixel
+from sim.cases import comparable
+from sim.display_cases import shown_pictures, shown_words
+
+
+CONFIG = MatcherConfig(disparities=5)
+
+
+def passed(words, width, lines, step):
+    """Which of the words pass, and are more to come? ``step``: every second pixel and, of so many, the first line."""
+    start = next((at for at, word in enumerate(words) if word["first"]), len(words))
+    passing = []
+    for n, word in enumerate(words[start:]):
+        y, x = divmod(n, width)
+        if y == lines or word["first"] != (n == 0) or word["last"] != (x == width - 1):
+            return passing, False
+        if step is None or (x % 2 == 0 and x < width // 2 * 2 and y % step == 0 and y < lines // step * step):
+            passing.append(word)
+    return passing, len(words) - start < width * lines
+
+
+@pytest.mark.parametrize("reader_skips", [False, True])
+@pytest.mark.parametrize("size", [(4, 4), (5, 3), (2, 2)])
+def test_gate(size, reader_skips):
+    """Good pictures, faulty ones, parts of them, and none that may be shown; words with ``first`` in the two cycles that discard all."""
+    rng = random.Random(1)
+    width, height = size
+    dut = PictureGate(CONFIG, *size, reader_skips=reader_skips)
+    payload = Value.cast(dut.i.payload)
+    outcomes = []
+
+    async def cycle(ctx, word=None, **inputs):
+        """Is the word taken, and what is written?"""
+        for name, value in inputs.items():
+            ctx.set(getattr(dut, name), value)
+        ctx.set(dut.i.valid, word is not None)
+        if word is None:
+            ctx.set(payload, rng.getrandbits(len(payload)))
+        else:
+            ctx.set(dut.i.payload, word)
+        room = rng.randrange(2)
+        ctx.set(dut.ready, room)
+        _, _, ready, write, written, coming = await ctx.tick().sample(dut.i.ready, dut.write, dut.word, dut.coming)
+        assert ready == (room or not coming or ctx.get(dut.fetch))
+        assert word or not write
+        return ready, comparable(written) if write and room else None
+
+    async def testbench(ctx):
+        old = {"halves": 0, "tag": 0}
+        for number in range(100):
+            halves, announced, tag = number % 3 == 1, number % 5 != 2, 1 - number % 2
+            lines, step = (height // 2, 1) if halves and reader_skips else (height, 2 if halves else None)
+            pair = shown_pictures(*size, 5, number)
+            words = shown_words(*pair, halves and reader_skips) + shown_words(*pair)
+            words = words[rng.choice([0, 0, 0, 1]):rng.choice([len(words), rng.randrange(len(words))])]
+            if words and number % 4 == 0:
+                at = rng.randrange(min(len(words), width * lines))
+                words[at] = {**words[at], rng.choice(["first", "last"]): rng.randrange(2)}
+
+            head = shown_words(*pair)[0]
+            for inputs in ({"fetch": 1, "shown_valid": not announced, **old},
+                           {"fetch": 0, "shown_valid": announced, "halves": halves, "tag": tag}):
+                assert await cycle(ctx, head, **inputs) == (1, None)
+            assert ctx.get(dut.announced) == announced
+            ctx.set(dut.shown_valid, not announced)
+            given = []
+            for word in words:
+                taken = False
+                while not taken:
+                    if rng.random() < 0.2:
+                        await cycle(ctx)
+                    taken, written = await cycle(ctx, word)
+                    given += [written] if written else []
+            await cycle(ctx)
+            expected, coming = passed(words, width, lines, step) if announced else ([], False)
+            assert given == [{"disparity": word["disparity"], "left": word["left"], "first": word["first"], "tag": tag} for word in expected]
+            assert ctx.get(dut.coming) == coming
+            old = {"halves": halves, "tag": tag}
+            outcomes.append((len(given), coming))
+
+    simulator = Simulator(dut)
+    simulator.add_clock(1e-6)
+    simulator.add_testbench(testbench)
+    simulator.run()
+    # Whole pictures and halves, parts of pictures that were given up and that were not.
+    assert {(width * height, False), ((width // 2) * (height // 2), False), (0, True), (0, False)} <= set(outcomes)
+
+
+def test_width():
+    """At most a word of an M9K block, 512 x 18."""
+    configs = [MatcherConfig(disparities=labels, engine="streaming", arithmetic="linear") for labels in (80, 256)]
+    assert [QueuedPixel(config).size for config in configs] == [17, 18]
