@@ -12,8 +12,9 @@ from sim.models.camera import frames_of, play
 from sim.streams import check_rules
 
 
-SMALL = CameraFormat(width=16, field_lines=3, blanking=8, before_top=2, after_top=1, before_bottom=2, after_bottom=1)
-TINY = CameraFormat(width=4, field_lines=2, blanking=6, before_top=1, after_top=1, before_bottom=1, after_bottom=1)
+SMALL = CameraFormat(width=6, field_lines=3, blanking=6, before_top=2, after_top=1, before_bottom=1, after_bottom=1)
+TINY = CameraFormat(width=4, field_lines=2, blanking=4, before_top=1, after_top=1, before_bottom=1, after_bottom=1)
+WIDE = CameraFormat(width=16, field_lines=3, blanking=8, before_top=2, after_top=1, before_bottom=2, after_bottom=1)
 
 COUNTERS = ("corrected", "rejected", "dropped", "overflow")
 STATUS = (*COUNTERS, "present")

@@ -15,9 +15,12 @@ class CameraFifo(wiring.Component):
     """Words of a camera from its own domain, where nothing can wait, to ``sync``, where everything may.
 
     A frame that finds the FIFO full is cut: what came of it stands, a ``drop`` word follows as soon as there is room, the rest is not
-    taken. A frame that begins while that word still waits, or with the FIFO full, is not taken at all. A frame in progress is cut too
-    when ``cut`` is high, or the camera's domain is reset. So each ``first`` word that leaves is followed by the rest of its frame or by a
-    ``drop`` word, and by nothing else; a frame passes while it comes. Golden: the frames themselves.
+    taken. A frame that begins while that word still waits, or with the FIFO full, is not taken at all. A frame in progress is cut too when
+    ``cut`` is high, or the camera's domain is reset. So each ``first`` word that leaves is followed by the rest of its frame or by a
+    ``drop`` word, and by nothing else. A frame passes while it comes. Golden: the frames themselves.
+
+    A reset of the camera's domain empties the FIFO, and must last four cycles of either domain. A frame that was all in there is not
+    counted.
 
     Timing: a word is offered 4 to 5 cycles of ``sync`` after it came. One word a cycle. ``sync`` must be at least half as fast as the
     camera's bytes.
@@ -48,8 +51,7 @@ class CameraFifo(wiring.Component):
         In ``sync``, one cycle: a ``drop`` word is on its way.
     """
     def __init__(self, domain: str, depth: int):
-        if depth < 8 or depth & depth - 1:
-            raise ValueError(f"the FIFO of a camera must hold a power of two of words, at least 8, not {depth!r}")
+        self.check_depth(depth)
         self.domain = domain
         self.depth = depth
         super().__init__({
@@ -61,6 +63,12 @@ class CameraFifo(wiring.Component):
             "o": Out(stream.Signature(CameraWord())),
             "dropped": Out(1),
         })
+
+    @staticmethod
+    def check_depth(depth: int) -> None:
+        """Raise :class:`ValueError` unless there can be a FIFO of ``depth``."""
+        if depth < 8 or depth & depth - 1:
+            raise ValueError(f"the FIFO of a camera must hold a power of two of words, at least 8, not {depth!r}")
 
     def elaborate(self, platform):
         m = Module()

@@ -52,8 +52,8 @@ class ClockWatch(wiring.Component):
     That clock divided by :attr:`DIVISOR` is watched: no change for :attr:`TIMEOUT` cycles of ``sync`` means that it has stopped. The
     clocks may differ by a factor of ``TIMEOUT / DIVISOR`` one way, and ``DIVISOR`` the other.
 
-    Timing: ``stopped`` rises ``TIMEOUT`` cycles after the last change at the latest seen, 3.4 us at 75 MHz; it falls with the next one.
-    It is high after reset.
+    Timing: ``stopped`` rises ``TIMEOUT`` cycles after the last change was seen, 3.4 us at 75 MHz, and falls when the next one is. It is
+    high after reset.
 
     Parameters
     ----------

@@ -67,7 +67,7 @@ def _lost_in_noise(data, format, rng):
 
 
 def _clock_stopped(data, format, rng):
-    return np.insert(data, _pixels(format, rng), [STANDS] * 1000)
+    return np.insert(data, _pixels(format, rng), [STANDS] * 600)
 
 
 def _decoder_reset(data, format, rng):

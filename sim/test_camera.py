@@ -1,0 +1,18 @@
+"""The camera's receiver as emitted Verilog, through cocotb; see ``camera_tb.py``."""
+
+from golden.formats import CameraFormat
+from hdl.emit import write_verilog
+from hdl.video.bt656 import CameraInput
+from sim.simulators import build, run
+
+
+FORMAT = CameraFormat(width=6, field_lines=3, blanking=6, before_top=2, after_top=1, before_bottom=1, after_bottom=1)
+
+# Benches in camera_tb.py: one with two cameras, two others.
+TESTS = 2 + 2
+
+
+def test_camera(tmp_path):
+    source = write_verilog(CameraInput(FORMAT, "camera", depth=16), tmp_path / "camera_input.v", name="camera_input")
+    build("icarus", [source], "camera_input", tmp_path / "icarus")
+    assert run("icarus", "camera_input", tmp_path / "icarus", "sim.camera_tb") == TESTS
