@@ -5,14 +5,16 @@ from dataclasses import dataclass
 import numpy as np
 
 from golden.display import monitor_picture, placement
-from golden.formats import DisplayFormat
+from golden.formats import DISPLAYS, DisplayFormat
 
 
-__all__ = ["SMALL_DISPLAY", "Fetch", "mode_name", "seen", "shown_pictures", "shown_words"]
+__all__ = ["FORMATS", "SMALL_DISPLAY", "Fetch", "mode_name", "seen", "shown_pictures", "shown_words"]
 
 
 #: 18x10 pixels in 24x14.
-SMALL_DISPLAY = DisplayFormat(18, range(20, 22), 24, 10, range(11, 13), 14, 1_000_000)
+SMALL_DISPLAY = DisplayFormat(18, range(20, 22), 24, 10, range(11, 13), 14, 65_000_000)
+#: By name.
+FORMATS = {"small": SMALL_DISPLAY, **DISPLAYS}
 
 
 def mode_name(code):

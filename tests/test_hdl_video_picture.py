@@ -82,7 +82,8 @@ def test_gate(size, reader_skips):
                     given += [written] if written else []
             await cycle(ctx)
             expected, coming = passed(words, width, lines, step) if announced else ([], False)
-            assert given == [{"disparity": word["disparity"], "left": word["left"], "first": word["first"], "tag": tag} for word in expected]
+            names = ("disparity", "left", "first")
+            assert given == [{**{name: word[name] for name in names}, "tag": tag} for word in expected]
             assert ctx.get(dut.coming) == coming
             old = {"halves": halves, "tag": tag}
             outcomes.append((len(given), coming))

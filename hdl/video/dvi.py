@@ -82,10 +82,12 @@ class DviTiming(wiring.Component):
 def _tell(m, name, event, *, source, target):
     """Take a one-cycle event from the domain ``source`` to ``target``: its toggle, the toggle as known there, the event there.
 
-    Not reset, for a reset of one domain alone would be an event. Events must be further apart than three cycles of ``target``.
+    Events must be further apart than three cycles of ``target``. A reset of ``target`` alone is no event: what it knows is not reset. A
+    reset of ``source`` alone is one if the toggle was high.
     """
-    toggle, synced, known = (Signal(name=f"{name}_{part}", reset_less=True) for part in ("toggle", "synced", "known"))
-    m.submodules[name] = FFSynchronizer(toggle, synced, o_domain=target)
+    toggle, synced = Signal(name=f"{name}_toggle"), Signal(name=f"{name}_synced")
+    known = Signal(name=f"{name}_known", reset_less=True)
+    m.submodules[f"{name}_crossing"] = FFSynchronizer(toggle, synced, o_domain=target)
     m.d[source] += toggle.eq(toggle ^ event)
     m.d[target] += known.eq(synced)
     return toggle, known, synced ^ known
@@ -97,24 +99,27 @@ class DisplayOutput(wiring.Component):
     The golden model of the active area is :func:`golden.display.monitor_picture`. The syncs and ``de`` never depend on the input: they
     come from :class:`DviTiming` alone.
 
-    **Fetching.** At the beginning of vertical blanking the display asks for a picture: ``fetch`` is high for a cycle. Words taken in
-    that cycle and the next are of the picture before, and ``shown_valid`` is sampled in the next. If it is high, the picture reader sends the
-    new picture, beginning with ``first``; of the old one it must not offer another ``first`` from then on, but may offer other words, which are
-    discarded. If it is low, the screen is black, and that is not an underflow.
+    **Fetching.** At the beginning of vertical blanking the display asks for a picture: ``fetch`` is high for a cycle. Words taken in that
+    cycle and the next are of the picture before, and ``shown_valid`` is sampled in the next. If it is high, the picture reader sends the
+    new picture, beginning with ``first``; of the old one it must not offer another ``first`` from then on, but may offer other words,
+    which are discarded. If it is low, the screen is black, and that is not an underflow.
 
-    **Underflow.** A picture that was announced and whose next pixel is not there when the display needs it, because it is late,
-    because the picture is ragged or of another size, is black from that pixel on, and ``underflows`` counts one. The next frame
-    begins anew: words of pictures before it are told by their tag, and drained as fast as they come out of the FIFO.
+    **Underflow.** A picture that was announced and whose next pixel is not there when the display needs it, because it is late or because
+    the picture is ragged or of another size, is black from that pixel on, and ``underflows`` counts one. The next frame begins anew:
+    words of pictures before it are told by their tag, and drained as fast as they come out of the FIFO.
 
-    **Settings.** ``mode`` and ``colour`` are sampled with ``fetch`` and stand until the next one; two flip-flops take each to the display's
-    domain, which samples them in the last cycle of vertical blanking. Events cross both ways as toggles through two flip-flops.
+    **Settings.** ``mode`` and ``colour`` are sampled with ``fetch`` and stand until the next one; two flip-flops take each to the
+    display's domain, which samples them in the last cycle of vertical blanking. Events cross both ways as toggles through two flip-flops.
 
-    **FIFO.** A line of the picture takes a pixel each display cycle, ``f`` = 65 Mpixel/s at most, while the reader delivers up to one each cycle
-    of ``sync`` (75 MHz) and gets ahead again in horizontal blanking. A full FIFO bridges ``depth / f``: 7.9 us, 590 cycles at 75 MHz,
-    with the 512 words of one M9K block. That must cover the reader's longest wait for memory: the arbiter's worst case, a refresh (about
-    20 cycles) and the read latency (30 cycles); so the arbiter may take up to 540 cycles. A longer stall costs the rest of that frame.
-    In the long run the reader must deliver :attr:`pixel_rate`. On 1024x768 that is 35 Mpixel/s, and in mode ``both``, of which three
-    quarters are thrown away, 70 of the 75 that a stream at 75 MHz can carry; with ``reader_skips`` it is 35 in all modes.
+    **Resets.** Of ``sync`` alone: the rest of the picture is black. Of ``display`` alone: timing begins anew, with vertical blanking, and
+    one ``fetch`` and one underflow may be counted that were none. The next picture is exact in either case.
+
+    **FIFO.** A line of the picture takes a pixel each display cycle, ``f`` = 65 Mpixel/s at most, while the reader delivers up to one each
+    cycle of ``sync`` (75 MHz) and gets ahead again in horizontal blanking. A full FIFO bridges ``depth / f``: 7.9 us, 590 cycles at 75
+    MHz, with the 512 words of one M9K block. That must cover the reader's longest wait for memory: the arbiter's worst case, a refresh
+    (about 20 cycles) and the read latency (30 cycles); so the arbiter may take up to 540 cycles. A longer stall costs the rest of that
+    frame. In the long run the reader must deliver :attr:`pixel_rate`. On 1024x768 that is 35 Mpixel/s, and in mode ``both``, of which
+    three quarters are thrown away, 70 of the 75 that a stream at 75 MHz can carry; with ``reader_skips`` it is 35 in all modes.
 
     Timing: two display cycles from the counters to the pins; all pins are registered together. Outside ``de`` colours are 0.
 
@@ -226,8 +231,8 @@ class DisplayOutput(wiring.Component):
         # Domain display: settings of this frame, words out of the FIFO.
         synced, current = Signal(DisplaySettings()), Signal(DisplaySettings())
         coming = Signal()
-        m.submodules.settings = FFSynchronizer(settings.as_value(), synced.as_value(), o_domain="display")
-        m.submodules.coming = FFSynchronizer(gate.coming, coming, o_domain="display")
+        m.submodules.settings_crossing = FFSynchronizer(settings.as_value(), synced.as_value(), o_domain="display")
+        m.submodules.coming_crossing = FFSynchronizer(gate.coming, coming, o_domain="display")
         with m.If(timing.frame_end):
             m.d.display += current.eq(synced)
         m.d.comb += [

@@ -135,7 +135,8 @@ class PictureScan(wiring.Component):
     """Colours of the pixel that the display's counters point to. All of it is in the display's clock domain.
 
     The golden model is :func:`golden.display.monitor_picture`. A picture pixel that is not there as it is needed is black, and so is
-    the picture from there on. Words whose tag is not that of this frame are drained as fast as they come.
+    the picture from there on. Words whose tag is not that of this frame are drained as fast as they come, and before the picture begins
+    all that cannot be its first: after a reset of the display a tag may come back too early.
 
     A table of ``labels`` words of 32 bits gives a disparity's grey level and its red, green and blue: nothing is divided at run time. In
     mode ``both`` the left pixels of a line wait in a line memory until its disparities have been shown.
@@ -201,8 +202,9 @@ class PictureScan(wiring.Component):
         head, halves = self.head, self.settings.halves
 
         def within(place):
-            columns, lines = place
-            return (self.x >= columns.start) & (self.x < columns.stop) & (self.y >= lines.start) & (self.y < lines.stop)
+            # A comparison with 0 would be a constant, of which tools warn.
+            return Cat(at < limits.stop if limits.start == 0 else (at >= limits.start) & (at < limits.stop)
+                       for at, limits in zip((self.x, self.y), place)).all()
 
         # Is this pixel one of the picture, and is it there?
         inside, good = Signal(), Signal()
@@ -214,7 +216,7 @@ class PictureScan(wiring.Component):
             self.needed.eq(inside & ~beside),
             good.eq(self.there & (head.tag == self.tag) & (head.first != begun)),
             self.underflow.eq(self.needed & ~good),
-            self.take.eq(self.needed & good | (head.tag != self.tag)),
+            self.take.eq(self.needed & good | (head.tag != self.tag) | ~(begun | head.first)),
         ]
         with m.If(self.frame_start):
             m.d.sync += [begun.eq(0), failed.eq(0)]
@@ -233,7 +235,8 @@ class PictureScan(wiring.Component):
         greys = grey_level(range(labels), labels)
         shades = [{"grey": int(grey), "red": int(red), "green": int(green), "blue": int(blue)}
                   for grey, (red, green, blue) in zip(greys, colour_table()[greys])]
-        m.submodules.shades = shade_memory = Memory(shape=data.StructLayout(dict.fromkeys(shades[0], PIXEL_BITS)), depth=labels, init=shades)
+        shade_shape = data.StructLayout(dict.fromkeys(shades[0], PIXEL_BITS))
+        m.submodules.shades = shade_memory = Memory(shape=shade_shape, depth=labels, init=shades)
         m.submodules.line = line_memory = Memory(shape=PIXEL_BITS, depth=self.width // 2, init=[])
         shade, line_read, line_write = shade_memory.read_port(), line_memory.read_port(), line_memory.write_port()
         shown = Signal()
