@@ -1,8 +1,8 @@
 """The frame store's rule: which buffer a camera fills, which two frames are a pair, which picture is shown.
 
-**Frames.** Of each camera the *latest* frame counts: complete, in no pair yet. It is so until a newer one is
-complete, or it is ``life`` clocks old. The latest frames of both cameras are a pair if they began no more than ``window`` clocks apart, no other
-pair is being read, the pictures of the pair before are finished, and a slot for new ones is free. Otherwise they wait.
+**Frames.** Of each camera the *latest* frame counts: complete, in no pair yet, until a newer one is complete or it is ``life`` clocks
+old. The latest frames of both cameras are a pair if they began no more than ``window`` clocks apart, no other pair is being read, the
+pictures of the pair before are finished, and a slot for new ones is free. Otherwise they wait.
 
 **Buffers.** A frame that begins gets the lowest buffer that is neither read nor holds the latest frame. If there is none it is skipped:
 giving up the latest frame for it would lose more pairs where a pair is read too slowly for double buffers (at 3/4 of a period 20 of 100,

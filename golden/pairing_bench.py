@@ -51,11 +51,11 @@ def checked(trace: Trace) -> Trace:
 def run(argv: Sequence[str] | None) -> None:
     """The command; :class:`UserError` on bad input."""
     options = parser().parse_args(argv)
-    for value, name, least, most in ((options.hours, "--hours", 1 / 3600, 100), (options.start, "--start", 0, 1000),
+    for value, name, least, most in ((options.hours, "--hours", 0.001, 100), (options.start, "--start", 0, 1000),
                                      (options.clock_mhz, "--clock-mhz", 0.1, 1000), (options.read_ms, "--read-ms", 0.01, 1000),
                                      *((drift, "--ppm", -10_000, 10_000) for drift in options.ppm)):
         if not least <= value <= most:
-            raise UserError(f"{name} must be from {least:.2g} to {most}, not {value:g}; choose a value in that range")
+            raise UserError(f"{name} must be from {least:g} to {most}, not {value:g}; choose a value in that range")
     period_ms = PAL.frame_seconds * 1e3
     try:
         buffers = options.buffers or buffers_needed(options.read_ms / 1e3, PAL.frame_seconds)
