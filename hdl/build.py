@@ -11,6 +11,7 @@ from amaranth.lib import data
 from amaranth.lib.wiring import Flow
 from rich.console import Console
 
+from golden.bandwidth import MemoryTiming
 from golden.cli import Parser
 from golden.config import MatcherConfig
 from golden.errors import UserError, run_cli
@@ -24,6 +25,7 @@ from .options import BOARDS, add_design_options, design_config
 from .project import check_project
 from .quartus import MEMORY_CONTROLLER, quartus_project
 from .verilog import modules
+from .video.system import StereoSystem
 
 
 __all__ = ["main", "stereo_system"]
@@ -68,24 +70,23 @@ def manifest_of(name, matcher, ports, height, arguments):
     }
 
 
-def stereo_system(config: MatcherConfig, display: DisplayFormat):
-    """What goes on the board: a component with the ports :class:`hdl.video.ports.SystemPorts`, and its matcher as ``matcher``."""
-    from .video.system import StereoSystem  # type: ignore[import-not-found]
-    return StereoSystem(config, display)
+def stereo_system(config: MatcherConfig, display: DisplayFormat, timing: MemoryTiming):
+    """What goes on the board: :class:`hdl.video.system.StereoSystem`, or what has its ports, a ``matcher`` and a ``budget``."""
+    return StereoSystem(config, display, timing=timing)
 
 
 def _core_files(config, frame_timing):
-    """Name, matcher, files, and what the manifest has of its own."""
+    """Name, matcher, no budget, files, ports, and what the manifest has of its own."""
     component = FramedMatcher(config) if frame_timing else Matcher(config)
     matcher = component.matcher if frame_timing else component
     files = {"matcher.v": verilog_text(component, name="matcher")}
-    return "matcher", matcher, files, ports_of(component), {"payloads": fields_of(component)}
+    return "matcher", matcher, None, files, ports_of(component), {"payloads": fields_of(component)}
 
 
 def _board_files(config, board, display):
     """The same of a board: a checked Quartus project."""
     name = "stereo"
-    core = stereo_system(config, DISPLAYS[display])
+    core = stereo_system(config, DISPLAYS[display], MemoryTiming(clock_hz=round(board.MEMORY_CLOCK_MHZ * 1e6)))
     files = quartus_project(name, core, DISPLAYS[display], config)
     problems = check_project(name, files, balls=board.BALLS, bank_volts=board.BANK_VOLTS, clock_balls=board.CLOCK_BALLS)
     if problems:
@@ -93,9 +94,10 @@ def _board_files(config, board, display):
     about = {
         "device": board.DEVICE, "display": display, "clock_mhz": board.MEMORY_CLOCK_MHZ,
         "pixel_clock_mhz": DISPLAYS[display].pixel_clock_hz / 1e6, "camera_clock_mhz": PAL.byte_clock_hz / 1e6,
-        "memory_controller": MEMORY_CONTROLLER,
+        "memory_controller": MEMORY_CONTROLLER, "buffers": core.budget.memory_map.buffers,
+        "memory_words_per_second": {"used": round(core.budget.used), "available": round(core.budget.available)},
     }
-    return name, core.matcher, files, modules(files[f"{name}.v"])[name].ports, about
+    return name, core.matcher, core.budget, files, modules(files[f"{name}.v"])[name].ports, about
 
 
 def _check_folder(folder: Path) -> None:
@@ -126,6 +128,9 @@ def _run(argv: Sequence[str] | None) -> int:
         raise UserError("--display is the format of the board's monitor, and --core has none; choose --board, or leave --display out")
     if options.board and options.frame_timing:
         raise UserError("--frame-timing is for the bare matcher, and --board has cameras; choose --core, or leave --frame-timing out")
+    if options.board and (options.width, options.height) != (PAL.width, PAL.height):
+        raise UserError(f"the cameras of --board send pictures of {PAL.width}x{PAL.height} pixels, not {options.width}x{options.height}; "
+                        "leave --width and --height out, or choose --core")
     display = options.display or DEFAULT_DISPLAY
     if display not in DISPLAYS:
         raise UserError(f"there is no display format {display!r}; choose one of: {', '.join(DISPLAYS)}")
@@ -134,10 +139,10 @@ def _run(argv: Sequence[str] | None) -> int:
 
     with Console(stderr=True).status("writing Verilog"):
         if options.board:
-            name, matcher, files, ports, about = _board_files(config, BOARDS[options.board], display)
+            name, matcher, budget, files, ports, about = _board_files(config, BOARDS[options.board], display)
             about["board"] = options.board
         else:
-            name, matcher, files, ports, about = _core_files(config, options.frame_timing)
+            name, matcher, budget, files, ports, about = _core_files(config, options.frame_timing)
     needed = round(FRAMES_PER_SECOND * matcher.frame_clocks(options.width, options.height) / 1e6, 2)
     about |= {"clock_mhz_for_25_frames": needed, "files": sorted(files)}
     manifest = manifest_of(name, matcher, ports, options.height, about)
@@ -150,10 +155,10 @@ def _run(argv: Sequence[str] | None) -> int:
     print(f"{folder}: {', '.join(sorted(files))}")
     print(f"Clocks a pixel: {matcher.clocks_per_pixel}; {options.width}x{options.height} at {FRAMES_PER_SECOND} frames/s "
           f"needs {needed} MHz.")
-    if options.board:
-        given = BOARDS[options.board].MEMORY_CLOCK_MHZ
-        if needed > given:
-            print(f"The memory controller gives the matcher {given} MHz: {FRAMES_PER_SECOND * given / needed:.1f} frames/s.")
+    if budget:
+        print(f"The memory controller gives the matcher {BOARDS[options.board].MEMORY_CLOCK_MHZ} MHz; "
+              f"frames wait in {budget.memory_map.buffers} buffers for each camera.")
+        Console().print(budget.table())
         print(f"What to do in Quartus: {folder / 'README.md'}")
     return 0
 

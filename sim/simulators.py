@@ -42,9 +42,10 @@ _MAKEFLAGS = " -- CFG_CXXFLAGS_PCH_I=-include OPT_FAST={fast} OPT_SLOW=-O0"
 # multiplexer of one-hot selection. Any other warning ends the build.
 _WARNINGS = ("-Wno-UNUSEDSIGNAL", "-Wno-WIDTHEXPAND", "-Wno-PROCASSINIT", "-Wno-DECLFILENAME", "-Wno-WIDTHTRUNC", "-Wno-CASEOVERLAP")
 
-# What it has to say of a board's top level: stand-ins have Altera's parameters and use few of them, and the reset that one clock domain
-# works with ends that of the next.
-_BOARD_WARNINGS = ("-Wno-UNUSEDPARAM", "-Wno-SYNCASYNCNET")
+# What it has to say of a board's top level: stand-ins have Altera's parameters and use few of them; the reset that one clock domain
+# works with ends that of the next; Yosys leaves the name of an output that leads nowhere, as the last cell's of a chain does; and a
+# picture that fills the display begins with its column 0, which no column is below.
+_BOARD_WARNINGS = ("-Wno-UNUSEDPARAM", "-Wno-SYNCASYNCNET", "-Wno-UNDRIVEN", "-Wno-UNSIGNED")
 
 # cocotb makes every signal public, for benches that reach inside. A whole picture runs five times faster if only ports are.
 _PORTS_ONLY = ("--no-public-flat-rw", "--public-depth", "1")

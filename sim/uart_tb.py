@@ -55,7 +55,7 @@ async def registers(dut, mismatch):
     host = await start(dut, mismatch=mismatch)
     status = {register: random.Random(register).getrandbits(REGISTERS[register].width) for register in StatusLayout(REGISTERS).members}
     dut.status.value = pack(StatusLayout(REGISTERS), status)
-    for name in ("left_camera_fill", "setup_step", "pairs"):
+    for name in ("left_camera_fill", "decoder_step", "pairs"):
         assert await ask(dut, host, Request(Operation.READ, REGISTERS[name].address)) == Reply(
             Status.OK, REGISTERS[name].address, status[name])
     params = {name: REGISTERS[name].reset for name in ParameterLayout(REGISTERS).members}

@@ -81,14 +81,14 @@ def simulated():
 
 
 def test_get_and_set_on_the_chip(simulated, capsys):
-    simulated.status |= {"pairs": 65535, "left_locked": 1, "setup_step": 7}
+    simulated.status |= {"pairs": 65535, "left_locked": 1, "decoder_step": 7}
     assert main(["--port", "none", "set", "u1=0x2A", "show=both", "labels=20", "restart_setup=1"], simulated.connect) == 0
     assert capsys.readouterr().out == "u1 = 42 grey levels a pixel\nshow = both\nlabels = 20 labels\nrestart_setup = 1\n"
     assert simulated.params == {"u1": 42, "u2": 10, "u3": 5, "labels": 20, "show": 2, "colour": 0, "hold": 0}
     assert simulated.actions == ["restart_setup"]
-    assert main(["--port", "none", "get", "pairs", "left_locked", "setup_step", "u1", "width"], simulated.connect) == 0
+    assert main(["--port", "none", "get", "pairs", "left_locked", "decoder_step", "u1", "width"], simulated.connect) == 0
     assert capsys.readouterr().out == (
-        "pairs = 65535 pairs\nleft_locked = yes\nsetup_step = 7\nu1 = 42 grey levels a pixel\nwidth = 720 pixels\n")
+        "pairs = 65535 pairs\nleft_locked = yes\ndecoder_step = decoder 2: write FE = 02\nu1 = 42 grey levels a pixel\nwidth = 720 pixels\n")
 
 
 def test_refused_by_the_chip_itself(simulated):
@@ -149,11 +149,11 @@ def test_watch(simulated, capsys):
 
 
 def test_watch_shows_changes(capsys):
-    line = FakeLine(values={"pairs": 100, "setup_step": 3})
+    line = FakeLine(values={"pairs": 100, "decoder_step": 3})
 
     def count(number, data):
         line.values["pairs"] += 1
-        line.values["setup_step"] += 1
+        line.values["decoder_step"] += 1
         return data
 
     line.fault = count
@@ -163,7 +163,7 @@ def test_watch_shows_changes(capsys):
     *_, last = rows(out, "pairs")
     assert last[2] == f"+{looks}"
     assert len(line.requests) == 3 + 3 * looks
-    *_, last = rows(out, "setup_step")
+    *_, last = rows(out, "decoder_step")
     assert last[2] == "" and int(last[1]) > looks
 
 

@@ -10,6 +10,7 @@ from amaranth.hdl import Fragment
 
 import hdl.build
 from boards import cyclone3
+from golden.bandwidth import MemoryTiming
 from golden.config import Arithmetic, MatcherConfig
 from golden.formats import DISPLAYS
 from hdl.build import main
@@ -18,14 +19,16 @@ from sim.models.board_core import BoardCore
 
 
 ROOT = Path(__file__).parent.parent
+REAL = hdl.build.stereo_system
 SMALL = ["--width", "24", "--height", "10", "--disparities", "6"]
-BOARD = ["--board", "cyclone3", "--engine", "sequential", "--display", "1024x768", *SMALL]
+FEW = ["--disparities", "6"]
+BOARD = ["--board", "cyclone3", "--engine", "sequential", "--display", "1024x768", *FEW]
 
 # The same in a process of its own: with the stand-in for the video system.
 WITH_STAND_IN = """
 import sys, hdl.build
 from sim.models.board_core import BoardCore
-hdl.build.stereo_system = lambda config, display: BoardCore(config)
+hdl.build.stereo_system = lambda config, display, timing: BoardCore(config)
 sys.exit(hdl.build.main(sys.argv[1:]))
 """
 
@@ -35,7 +38,8 @@ def given():
     """On the board, the stand-in for the video system; the displays that it was made for."""
     displays = []
 
-    def stand_in(config, display):
+    def stand_in(config, display, timing):
+        assert timing == MemoryTiming()
         displays.append(display)
         return BoardCore(config)
 
@@ -102,15 +106,16 @@ def test_ways_into_the_core(folders):
 def test_manifest(folders, top, parameters, clocks):
     told = manifest(folders[top])
     assert told["engine"] == {"stereo": "sequential", "matcher": "streaming"}[top]
-    common = {"disparities": 6, "u2": 10, "u3": 5, "max_width": 24, "height": 10}
+    width, height = {"stereo": (720, 576), "matcher": (24, 10)}[top]
+    common = {"disparities": 6, "u2": 10, "u3": 5, "max_width": width, "height": height}
     assert {name: told["parameters"][name] for name in {**common, **parameters}} == {**common, **parameters}
-    matcher = Matcher(MatcherConfig(disparities=6, max_width=24, arithmetic=Arithmetic(parameters["arithmetic"]), engine=told["engine"]))
+    matcher = Matcher(MatcherConfig(disparities=6, max_width=width, arithmetic=Arithmetic(parameters["arithmetic"]), engine=told["engine"]))
     Fragment.get(matcher, None)  # Amaranth complains of a component that is not used
     assert told["clocks_per_pixel"] == matcher.clocks_per_pixel == clocks
     # Short lines take as long as a disparity takes to come back to the line memory.
-    assert told["latency_clocks"] == 2 * max(24, matcher.full_rate_width) * clocks + matcher.latency_clocks
+    assert told["latency_clocks"] == 2 * max(width, matcher.full_rate_width) * clocks + matcher.latency_clocks
     assert told["full_rate_width"] == matcher.full_rate_width
-    assert told["clock_mhz_for_25_frames"] >= round(25 * 24 * 10 * clocks / 1e6, 2)
+    assert told["clock_mhz_for_25_frames"] >= round(25 * width * height * clocks / 1e6, 2)
 
 
 def test_manifest_tells_where_the_fields_of_a_payload_are(folders):
@@ -120,32 +125,36 @@ def test_manifest_tells_where_the_fields_of_a_payload_are(folders):
     assert payloads["o__payload"]["disparity"][0] == 0
 
 
-def test_more_than_the_memory_controllers_clock_allows(tmp_path, capsys):
-    """The frame rate that is left is told."""
-    arguments = ["--board", "cyclone3", "--width", "4000", "--height", "4000", "--disparities", "2", "--output", str(tmp_path)]
-    assert main(arguments) == 0
-    told = manifest(tmp_path)
-    assert told["clock_mhz_for_25_frames"] > told["clock_mhz"] == 75
-    rate = 25 * 75 / told["clock_mhz_for_25_frames"]
-    assert f"gives the matcher 75 MHz: {rate:.1f} frames/s." in capsys.readouterr().out
+@pytest.mark.parametrize("clock_mhz, told", [
+    (50, r"the matcher takes 41\.\d ms to read a pair, and with 3 buffers it has 40\.0 ms: choose a matcher of fewer clocks a pixel"),
+    (10, r"ask for \d+\.\d million words a second of memory, and it serves \d+\.\d at 10 MHz: choose"),
+])
+def test_what_the_memory_cannot_serve_is_refused(clock_mhz, told, tmp_path, capsys, monkeypatch):
+    monkeypatch.setattr(cyclone3, "MEMORY_CLOCK_MHZ", clock_mhz)
+    monkeypatch.setattr(hdl.build, "stereo_system", REAL)
+    assert main([*BOARD, "--output", str(tmp_path / "out")]) == 2
+    assert re.fullmatch(rf"hdl\.build: .*{told}.*\n", capsys.readouterr().err)
+    assert list(tmp_path.iterdir()) == []
 
 
 def test_manifest_of_the_board(folders):
     board, core = manifest(folders["stereo"]), manifest(folders["matcher"])
     about = {"board": "cyclone3", "device": "EP3C120F780C7", "display": "1024x768", "clock_mhz": cyclone3.MEMORY_CLOCK_MHZ,
-             "pixel_clock_mhz": 65.0, "camera_clock_mhz": 27.0, "memory_controller": "stereo_ddr2"}
+             "pixel_clock_mhz": 65.0, "camera_clock_mhz": 27.0, "memory_controller": "stereo_ddr2", "buffers": 2,
+             "memory_words_per_second": {"used": 11_130_750, "available": 37_201_592}}
     assert {name: board[name] for name in about} == about
     assert not set(about) & set(core)
 
 
 def test_default_display(tmp_path, given, capsys):
-    assert main(["--board", "cyclone3", *SMALL, "--output", str(tmp_path)]) == 0
+    assert main(["--board", "cyclone3", *FEW, "--output", str(tmp_path)]) == 0
     assert given[-1] == DISPLAYS["720x576"]
     assert manifest(tmp_path)["display"] == "720x576"
     assert ".clk0_multiply_by(32'd27)" in (tmp_path / "stereo.v").read_text()
     told = capsys.readouterr().out
     assert f"What to do in Quartus: {tmp_path / 'README.md'}" in told
-    assert "frames/s." not in told
+    assert "gives the matcher 75 MHz; frames wait in 2 buffers" in told
+    assert re.search(r"all +│ +178\.1 │ +11,130,750 │ +29\.9%", told)
 
 
 def test_a_project_that_is_not_sound_is_not_written(tmp_path, monkeypatch):
@@ -186,6 +195,8 @@ BAD = {
     "unknown display": (["--board", "cyclone3", "--display", "800x600"], "'800x600'.*720x576, 1024x768$"),
     "display in capitals": (["--board", "cyclone3", "--display", "720X576"], "'720X576'"),
     "display of the core": (["--core", "--display", "720x576"], "--display.*--core has none; choose --board"),
+    "width on the board": (["--board", "cyclone3", "--width", "640"], "720x576 pixels, not 640x576; leave --width and --height out"),
+    "height on the board": (["--board", "cyclone3", "--height", "480"], "720x576 pixels, not 720x480; .*choose --core"),
     "frame timing on the board": (["--board", "cyclone3", "--frame-timing"], "--frame-timing.*--board has cameras; choose --core"),
     "too few disparities": (["--core", "--disparities", "1"], "disparities.*from 2 to.*not 1;"),
     "too many disparities": (["--core", "--disparities", "257"], "disparities.*from 2 to 256.*not 257;"),
@@ -226,7 +237,7 @@ def test_bad_output(place, what, tmp_path, capsys):
             pytest.skip("no /proc on this machine")
     else:
         folder = tmp_path / place
-    assert main([*what, *SMALL, "--output", str(folder)]) == 2
+    assert main([*what, *FEW, "--output", str(folder)]) == 2
     out, err = capsys.readouterr()
     assert re.match(r"hdl\.build: .*choose another --output\n$", err), err
     assert out == ""

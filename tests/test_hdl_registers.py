@@ -344,7 +344,7 @@ def test_bad_arguments():
 
 def test_extra_register_is_answered():
     """The map is data: a register more needs nothing else."""
-    extra = replace(REGISTERS["setup_step"], name="extra", address=0xEE, maximum=500)
+    extra = replace(REGISTERS["decoder_step"], name="extra", address=0xEE, maximum=500)
     dut = RegisterFile(RegisterMap((*REGISTERS, extra)), TIMEOUT)
 
     async def testbench(ctx):

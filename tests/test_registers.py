@@ -23,7 +23,7 @@ from golden.protocol import (
     first_reply,
 )
 from golden.register_page import main, page
-from golden.registers import Kind, Register, RegisterMap, answer, register_map
+from golden.registers import SETUPS, Kind, Register, RegisterMap, answer, register_map
 
 
 REGISTERS = register_map()
@@ -94,10 +94,11 @@ def test_silence_covers_time_out_and_a_reply():
 def test_what_must_be_there():
     names = {register.name for register in REGISTERS}
     assert names >= {"identity", "version", "disparities", "width", "height", "u1", "u2", "u3", "labels", "show", "colour", "hold",
-                     "clear_counters", "restart_setup", "setup_state", "setup_step", "setup_reason", "memory_ready", "matcher_error",
-                     "display_frames", "pairs", "unpaired", "pictures_dropped", "display_underflows", "uart_errors"}
+                     "clear_counters", "restart_setup", "memory_ready", "matcher_error", "display_frames", "pairs", "pictures_dropped",
+                     "pictures_abandoned", "display_underflows", "uart_errors"}
     assert names >= {f"{side}_{what}" for side in ("left", "right")
-                     for what in ("locked", "signal", "corrected", "rejected", "dropped", "skipped", "camera_fill")}
+                     for what in ("locked", "signal", "corrected", "rejected", "dropped", "overflow", "skipped", "unpaired", "camera_fill")}
+    assert names >= {f"{role}_{what}" for role in SETUPS for what in ("state", "step", "reason", "failures")}
     assert len(names) == len(REGISTERS)
 
 
@@ -114,7 +115,7 @@ def test_values_follow_the_configuration():
 def test_addresses():
     """Addresses are a contract: a change of one needs another version."""
     assert {register.name: register.address for register in REGISTERS if not register.address % 16} == {
-        "identity": 0x00, "u1": 0x10, "clear_counters": 0x20, "setup_state": 0x30, "display_frames": 0x40, "pair_fill": 0x50}
+        "identity": 0x00, "u1": 0x10, "clear_counters": 0x20, "decoder_state": 0x30, "display_frames": 0x40, "right_skipped": 0x50}
     assert [REGISTERS[name].address for name in ("u1", "u2", "u3", "labels", "show", "colour", "hold")] == list(range(0x10, 0x17))
     for register in REGISTERS:
         assert REGISTERS.at(register.address) is register
@@ -129,7 +130,8 @@ def test_kinds():
 
 
 @pytest.mark.parametrize("name, value, text", [
-    ("u1", 15, "15 grey levels a pixel"), ("show", 2, "both"), ("show", 3, "3"), ("left_locked", 1, "yes"), ("setup_step", 7, "7"),
+    ("u1", 15, "15 grey levels a pixel"), ("show", 2, "both"), ("show", 3, "3"), ("left_locked", 1, "yes"),
+    ("decoder_step", 4, "decoder 1: write 7F = 00"), ("transmitter_reason", 1, "no acknowledge"), ("pairs", 7, "7 pairs"),
     ("identity", 0x5347, "stereo graph cut"),
 ])
 def test_text(name, value, text):

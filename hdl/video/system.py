@@ -1,11 +1,13 @@
 """The whole system of the thesis (figures 15 to 18): two cameras in, disparities on a monitor."""
 
 from amaranth import *
+from amaranth.hdl import Fragment
 from amaranth.lib import stream, wiring
 from amaranth.lib.wiring import In, Out
 
 from golden.bandwidth import Budget, MemoryTiming
 from golden.config import MatcherConfig
+from golden.errors import UserError
 from golden.formats import PAL, CameraFormat, DisplayFormat
 from golden.memory_map import MemoryMap, Plane
 from golden.pairing import WINDOW, buffers_needed
@@ -112,10 +114,16 @@ class StereoSystem(wiring.Component):
         self.matcher = matcher = Matcher(config)
         pixels = camera.width * camera.height
         frame_clocks = matcher.frame_clocks(camera.width, camera.height)
-        buffers = buffers_needed(frame_clocks / clock_hz, camera.frame_seconds)
+        # A matcher that is too slow for any number of buffers is the budget's to refuse.
+        reading_seconds = frame_clocks / clock_hz
+        buffers = buffers_needed(reading_seconds, camera.frame_seconds) if reading_seconds < camera.frame_seconds else 3
         self.memory_map = memory_map = MemoryMap(camera.width, camera.height, buffers)
         self.budget = budget = Budget(memory_map, camera, display, timing, matcher_clocks=frame_clocks / pixels)
-        budget.check()
+        try:
+            budget.check()
+        except UserError:
+            Fragment.get(matcher, None)     # Amaranth complains of a component that is not used
+            raise
         burst = budget.burst
 
         self.cameras = {side: CameraInput(camera, f"{side}_camera") for side in ("left", "right")}

@@ -6,6 +6,7 @@ from amaranth import *
 from amaranth.lib import wiring
 from amaranth.lib.fifo import AsyncFIFOBuffered
 
+from golden.bandwidth import Budget
 from golden.config import MatcherConfig
 from golden.formats import DISPLAYS
 from hdl.matcher import Matcher
@@ -27,6 +28,7 @@ class BoardCore(wiring.Component):
     """
     def __init__(self, config: MatcherConfig):
         self.matcher = Matcher(config)
+        self.budget = Budget()
         super().__init__(SystemPorts())
 
     def elaborate(self, platform):
