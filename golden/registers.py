@@ -98,9 +98,10 @@ class Register:
 
     @property
     def limits(self) -> str:
-        """The values there may be, with their names."""
-        if self.words:
-            return ", ".join(f"{value} {word}" for value, word in self.words.items())
+        """The values there may be, with their names if these are short."""
+        named = ", ".join(f"{value} {word}" for value, word in self.words.items())
+        if 0 < len(named) <= 80:
+            return named
         return f"{self.minimum} .. {self.maximum}" if self.minimum < self.maximum else f"{self.maximum}"
 
     def text(self, value: int) -> str:
@@ -173,9 +174,9 @@ def _counters() -> Iterator[tuple[str, str, str]]:
         yield f"{side}_corrected", "codes", f"timing codes of the {side} camera with one wrong bit"
         yield f"{side}_rejected", "codes", f"timing codes of the {side} camera that were beyond repair"
         yield f"{side}_dropped", "frames", f"frames of the {side} camera dropped on their way in"
-        yield f"{side}_overflow", "frames", f"frames of the {side} camera lost to a full FIFO; dropped counts them too"
+        yield f"{side}_overflow", "frames", f"frames of the {side} camera lost to a full FIFO, dropped too"
         yield f"{side}_skipped", "frames", f"frames of the {side} camera that found no free buffer"
-        yield f"{side}_unpaired", "frames", f"frames of the {side} camera that no frame of the other one was near enough to"
+        yield f"{side}_unpaired", "frames", f"frames of the {side} camera that found no partner in time"
     for role, chip in SETUPS.items():
         yield f"{role}_failures", "failures", f"failed set-ups of the {chip.name}, and failures after its set-up"
     for fifo, what in (("left_camera", "of the left camera"), ("right_camera", "of the right camera"), ("pair", "before the matcher"),
