@@ -281,8 +281,8 @@ class StreamingEngine(wiring.Component):
         turn = data.StructLayout({"valid": 1, "x": range(config.max_width), **FLAGS})
         m.submodules.turn = turn_delay = Delay(turn, self.admission_latency + array.latency, clean=True)
         m.d.comb += [turn_delay.i.valid.eq(admit), turn_delay.i.x.eq(x), *copy_flags(turn_delay.i, head.pixel)]
-        # A register for each bit's multiplexer: one alone would drive as many inputs as there are labels, for each bit of a label. They begin
-        # unlike, so that no tool makes one of them; a line's first pixel has no left neighbour, and any will do for it.
+        # A register for each bit's multiplexer: one alone would drive as many inputs as there are labels, for each bit of a label.
+        # They begin unlike, so that no tool makes one of them; a line's first pixel has no left neighbour, and any will do for it.
         bits      = (labels - 1).bit_length()
         chosen_by = [Signal(range(labels), name=f"disparity_{bit}", init=bit % labels, reset_less=True) for bit in range(bits)]
         disparity = chosen_by[0]
