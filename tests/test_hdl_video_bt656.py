@@ -161,7 +161,7 @@ def test_gaps():
         intruder = frame.copy()
         intruder[eav + 1:eav + 5] = 0xFF, 0x00, 0x00, 0x61
         parts += [intruder, frame]
-    parts += [np.full(2 * lost_bytes(TINY), 0x10), frame[half:], frame]
+    parts += [np.full(2 * lost_bytes(TINY), 0x10), frame[half:], frame, frame[:half], frame, frame[half:], frame]
     wanted = check_against_golden(np.concatenate(parts))
     assert wanted.rejected == 7
     assert wanted.dropped > 10

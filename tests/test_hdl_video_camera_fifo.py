@@ -86,6 +86,19 @@ def test_full_by_each_pixel():
     assert lost == {0, 1}
 
 
+def test_full_as_a_frame_begins():
+    """The last word of a frame is the last that finds room: it is whole, and the next one is not taken at all."""
+    data, expected = film(3)
+    until = TINY.frame_bytes + 60
+    outcomes = []
+    for start in range(56, 76, 3):
+        run = run_camera(receiver(), data, ratio=1, stall=lambda cycle: float(start <= cycle < until))
+        lost = 3 - len(whole(run))
+        assert run.counters == {"dropped": lost, "overflow": lost}
+        outcomes.append([frame in frames_of(run) for frame in (*expected, None)])
+    assert [True, False, True, False] in outcomes
+
+
 def test_room_as_a_frame_begins():
     """The drop word that waited goes before it; if they meet, the frame is not taken."""
     data, expected = film(2)

@@ -176,8 +176,8 @@ class CameraInput(wiring.Component):
     Memory: ``depth * 12`` bits: one M9K at the depth of 512, which rides out a stall of the consumer of :meth:`stall_cycles`.
     Logic: about 500 logic elements of a Cyclone III at PAL, of which the four counters take 160.
 
-    Crossings between the domains are registers followed by two more, and the memory of the FIFO: all paths between the two clocks are
-    false ones.
+    Crossings between the domains are registers followed by two more, and the memory of the FIFO. Paths between the two clocks are false
+    ones; the bits of the FIFO's Gray-coded pointers must not be apart by a period of the faster clock.
 
     Parameters
     ----------
