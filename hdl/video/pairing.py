@@ -52,6 +52,8 @@ class BufferControl(wiring.Component):
     pictures_dropped, pictures_abandoned : Out(16)
         Complete pictures that gave way to the next one before a fetch; pictures that did not become complete.
     """
+    COUNTERS = ("pairs", "left_skipped", "right_skipped", "left_unpaired", "right_unpaired", "pictures_dropped", "pictures_abandoned")
+
     def __init__(self, buffers, window_clocks, life_clocks=None):
         if buffers < 2:
             raise ValueError(f"a frame store has at least 2 buffers for each picture, not {buffers!r}")
@@ -73,8 +75,6 @@ class BufferControl(wiring.Component):
             "clear": In(1),
             **{name: Out(16) for name in self.COUNTERS},
         })
-
-    COUNTERS = ("pairs", "left_skipped", "right_skipped", "left_unpaired", "right_unpaired", "pictures_dropped", "pictures_abandoned")
 
     def elaborate(self, platform):
         m = Module()
