@@ -24,11 +24,18 @@ __all__ = ["DEVICE", "Clock", "place_and_route"]
 
 DEVICE = "ECP5-85F, speed grade 6"
 _DEVICE_MULTIPLIERS = 156  # 18x18
-_TARGET_MHZ = 150  # what nextpnr works towards; without a target it takes its ease
+_DEVICE_MEMORIES = 208  # of 18 kbit
+_TARGET_MHZ = 120  # what nextpnr works towards; without a target it takes its ease
 
+# A clock enable, or a synchronous reset, of a few registers only is made of tables: hundreds of them would each claim part of a tile, and
+# the routing between.
+_ENABLED = "-cell $_DFFE_?P??_ r -cell $_SDFFE_?P??_ r"
 _SYNTHESIS = """
 read_rtlil design.il
-synth_ecp5 -top {top} {options} -json design.json
+synth_ecp5 {options} -top {top} -run begin:map_ffs
+dfflegalize -minsrst 24 -mince 24 -cell $_DFF_?_ 01 -cell $_DFF_?P?_ r -cell $_SDFF_?P?_ r -cell $_DFFE_??_ 01 {more}
+opt_clean
+synth_ecp5 {options} -top {top} -run map_ffs: -json design.json
 """
 _NEXTPNR = """
 import sys
@@ -86,14 +93,21 @@ def _worst_path(report: dict[str, Any], clock: str) -> tuple[tuple[str, ...], fl
 
 
 def _synthesise(folder: Path, top: str, report: Callable[[str], None]) -> tuple[Counter[str], bool]:
-    """Write ``design.json``; cells by type, and whether multipliers were made of tables."""
-    for options in ("", "-nodsp"):
-        run_yosys([("synthesis for the ECP5", _SYNTHESIS.format(top=top, options=options))], folder, report)
+    """Write ``design.json``; cells by type, and whether multipliers were made of tables.
+
+    Memories are not made of tables as long as there are blocks: those have places of their own, tables as memories need whole tiles.
+    """
+    options = {"-nolutram"}
+    while True:
+        run_yosys([("synthesis for the ECP5", _SYNTHESIS.format(top=top, more=_ENABLED, options=" ".join(sorted(options))))], folder, report)
         cells = json.loads((folder / "design.json").read_text())["modules"][top]["cells"]
         types = Counter(cell["type"] for cell in cells.values())
-        if types["MULT18X18D"] <= _DEVICE_MULTIPLIERS:
-            break
-    return types, bool(options)
+        if types["MULT18X18D"] > _DEVICE_MULTIPLIERS and "-nodsp" not in options:
+            options.add("-nodsp")
+        elif types["DP16KD"] > _DEVICE_MEMORIES and "-nolutram" in options:
+            options.remove("-nolutram")
+        else:
+            return types, "-nodsp" in options
 
 
 def place_and_route(component: Any, report: Callable[[str], None] = lambda step: None, *, seed: int = 1) -> Clock:
