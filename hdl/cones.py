@@ -7,7 +7,7 @@ from amaranth.lib.wiring import In, Out
 from golden.config import PIXEL_BITS, WEIGHT_BITS, MatcherConfig
 
 from .delay import Delay, add_with_carry, data_register, multiply
-from .label_array import DownWave, UpWave
+from .label_array import DownWave, UpWave, chosen_step
 
 
 __all__ = ["Cones", "Neighbours"]
@@ -53,9 +53,9 @@ class Cones(wiring.Component):
 
     @staticmethod
     def latency_of(config: MatcherConfig):
-        """Cycles from neighbours to waves: difference, likeness, product, slope, product, sums, steps."""
+        """Cycles from neighbours to waves: difference, likeness, product, slope, product, sums, steps, the first step."""
         label_bits = (config.disparities - 1).bit_length()
-        return 2 + (WEIGHT_BITS - 1).bit_length() + 1 + max((label_bits - 1).bit_length(), 1) + 2
+        return 2 + (WEIGHT_BITS - 1).bit_length() + 1 + max((label_bits - 1).bit_length(), 1) + 3
 
     def elaborate(self, platform):
         m = Module()
@@ -116,16 +116,22 @@ class Cones(wiring.Component):
         ]
 
         # Steps.
-        up, step = data_register(m, self.up), data_register(m, self.down.step, "step")
+        steps = Signal(UpWave(config), reset_less=True)
+        m.submodules.down_step = down_step = Delay(self.down.step.shape(), 2)
         m.d.sync += [
-            up.cone.eq(cone), up.low.eq(vertex.low), up.high.eq(vertex.high),
-            up.falling.eq(negative - both), up.between.eq(apart - slope), up.rising.eq(both - slope),
-            step.eq(slope << 1),
+            steps.cone.eq(cone), steps.low.eq(vertex.low), steps.high.eq(vertex.high),
+            steps.below_low.eq(vertex.low != 0), steps.below_high.eq(vertex.high != 0),
+            steps.falling.eq(negative - both), steps.between.eq(apart - slope), steps.rising.eq(both - slope),
         ]
+        m.d.comb += [down_step.i.eq(slope << 1), self.down.step.eq(down_step.o)]
+
+        # The step from label 0.
+        up = data_register(m, self.up)
+        m.d.sync += [up.eq(steps), up.step.eq(chosen_step(steps, steps.below_low, steps.below_high))]
 
         # The ramp at label D-1.
         ramp, ramp_latency = multiply(m, "ramp", w1, Const(2 * (labels - 1)))
-        m.submodules.ramp = at_top = Delay(self.down.ramp.shape(), cone_latency + 2 - ramp_latency)
+        m.submodules.ramp = at_top = Delay(self.down.ramp.shape(), cone_latency + 3 - ramp_latency)
         m.d.comb += [at_top.i.eq(ramp), self.down.ramp.eq(at_top.o)]
-        assert 2 + product_latency + 1 + cone_latency + 2 == self.latency_of(config)
+        assert 2 + product_latency + 1 + cone_latency + 3 == self.latency_of(config)
         return m

@@ -13,14 +13,15 @@ from .delay import Delay, data_register
 from .stream import Least
 
 
-__all__ = ["DownCell", "DownWave", "LabelArray", "UpCell", "UpWave"]
+__all__ = ["DownCell", "DownWave", "LabelArray", "UpCell", "UpWave", "chosen_step"]
 
 
 class UpWave(data.StructLayout):
     """The cones of a pixel on their way up: their value at this label, where their vertices are, and how they move.
 
     ``cone`` at label ``d`` is ``w2*|d - f_up| + w3*|d - b_low| - w1*d``. It moves by ``falling`` to the next label below both vertices, by
-    ``between`` from the lower vertex on, by ``rising`` from the upper one on.
+    ``between`` from the lower vertex on, by ``rising`` from the upper one on. Which of them is chosen a label ahead: ``step`` leads to the
+    next label, ``below_low`` and ``below_high`` say whether this one is below the vertices.
     """
     def __init__(self, config: MatcherConfig):
         slope = config.slope_max
@@ -31,7 +32,15 @@ class UpWave(data.StructLayout):
             "rising": range(-slope, 2 * slope + 1),
             "low": range(config.disparities),
             "high": range(config.disparities),
+            "below_low": 1,
+            "below_high": 1,
+            "step": range(-3 * slope, 2 * slope + 1),
         })
+
+
+def chosen_step(wave, below_low, below_high):
+    """What leads from a label to the next one."""
+    return Mux(below_low, wave.falling, Mux(below_high, wave.between, wave.rising))
 
 
 def up_values(config: MatcherConfig):
@@ -70,11 +79,15 @@ class UpCell(wiring.Component):
 
     def elaborate(self, platform):
         m = Module()
-        # Stage 1: the cones' step to the next label; this label's energy.
-        step = Mux(self.i.low > self.label, self.i.falling, Mux(self.i.high > self.label, self.i.between, self.i.rising))
+        # Stage 1: the cones at the next label, and their step from there; this label's energy.
+        below_low = self.i.below_low & (self.i.low != self.label + 1)
+        below_high = self.i.below_high & (self.i.high != self.label + 1)
         energy = Signal(up_values(self.config), reset_less=True)
         o, least_o = data_register(m, self.o), data_register(m, self.least_o)
-        m.d.sync += [o.eq(self.i), o.cone.eq(self.i.cone + step)]
+        m.d.sync += [
+            o.eq(self.i), o.cone.eq(self.i.cone + self.i.step),
+            o.below_low.eq(below_low), o.below_high.eq(below_high), o.step.eq(chosen_step(self.i, below_low, below_high)),
+        ]
         m.d.sync += energy.eq(((~self.cost).as_unsigned()[:len(self.cost)] << self.config.energy_shift) + self.i.cone)
 
         # Stage 2: the recursion.

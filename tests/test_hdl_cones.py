@@ -46,4 +46,6 @@ def test_matches_golden(labels, fraction_bits, weights):
             walked.append(cone)
             cone += up.falling if label < up.low else up.between if label < up.high else up.rising
         assert walked == expected
+        assert (up.below_low, up.below_high) == (up.low > 0, up.high > 0)
+        assert up.step == (up.falling if up.low > 0 else up.between if up.high > 0 else up.rising)
         assert (waves["down"].step, waves["down"].ramp) == (2 * w1, 2 * w1 * (labels - 1))

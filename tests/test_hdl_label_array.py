@@ -10,10 +10,12 @@ from sim.clocked import run_clocked
 
 def waves_of(upper, lower, w1, w2, w3, config):
     """The waves that :class:`hdl.cones.Cones` sends."""
-    between = w2 - w3 if upper < lower else w3 - w2
+    falling, rising = -w2 - w3 - w1, w2 + w3 - w1
+    between = (w2 - w3 if upper < lower else w3 - w2) - w1
+    low, high = min(upper, lower), max(upper, lower)
     return {
-        "up": {"cone": w2 * upper + w3 * lower, "falling": -w2 - w3 - w1, "between": between - w1, "rising": w2 + w3 - w1,
-               "low": min(upper, lower), "high": max(upper, lower)},
+        "up": {"cone": w2 * upper + w3 * lower, "falling": falling, "between": between, "rising": rising, "low": low, "high": high,
+               "below_low": low > 0, "below_high": high > 0, "step": falling if low > 0 else between if high > 0 else rising},
         "down": {"ramp": 2 * w1 * (config.disparities - 1), "step": 2 * w1},
     }
 
