@@ -96,11 +96,15 @@ class Register:
         """``read-only``, ``read-write`` or ``write 1``."""
         return {Kind.PARAMETER: "read-write", Kind.ACTION: "write 1"}.get(self.kind, "read-only")
 
+    #: Names of values that take more characters than this are told in a list of their own.
+    NAMES_MAX = 60
+
     @property
     def limits(self) -> str:
-        """The values there may be, with their names."""
-        if self.words:
-            return ", ".join(f"{value} {word}" for value, word in self.words.items())
+        """The values there may be, with their names if these are short."""
+        named = ", ".join(f"{value} {word}" for value, word in self.words.items())
+        if named and len(named) <= self.NAMES_MAX:
+            return named
         return f"{self.minimum} .. {self.maximum}" if self.minimum < self.maximum else f"{self.maximum}"
 
     def text(self, value: int) -> str:

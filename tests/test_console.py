@@ -136,8 +136,9 @@ def test_over_a_pseudo_terminal(capsys):
         os.close(slave)
 
 
-def test_watch(simulated, capsys):
+def test_watch(simulated, capsys, monkeypatch):
     """All status and counters of the chip, twice; what has changed between the looks is told."""
+    monkeypatch.setenv("COLUMNS", "200")
     simulated.status |= {"left_dropped": 4, "memory_ready": 1}
     Chip(simulated).write("clear_counters", 1)
     assert main(["--port", "none", "watch", "--count", "1"], simulated.connect) == 0

@@ -119,11 +119,6 @@ class StereoSystem(wiring.Component):
         buffers = buffers_needed(reading_seconds, camera.frame_seconds) if reading_seconds < camera.frame_seconds else 3
         self.memory_map = memory_map = MemoryMap(camera.width, camera.height, buffers)
         self.budget = budget = Budget(memory_map, camera, display, timing, matcher_clocks=frame_clocks / pixels)
-        try:
-            budget.check()
-        except UserError:
-            Fragment.get(matcher, None)     # Amaranth complains of a component that is not used
-            raise
         burst = budget.burst
 
         self.cameras = {side: CameraInput(camera, f"{side}_camera") for side in ("left", "right")}
@@ -141,6 +136,11 @@ class StereoSystem(wiring.Component):
         self.registers = register_map(config, camera.height)
         self.serial = SerialRegisters(self.registers, clock_hz, baud)
         super().__init__(SystemPorts())
+        try:
+            budget.check()
+        except UserError:
+            Fragment.get(self, None)    # Amaranth complains of components that are not used
+            raise
 
     def elaborate(self, platform):
         m = Module()
