@@ -169,7 +169,7 @@ def _counters() -> Iterator[tuple[str, str, str]]:
     """Name, unit and description of each counter, in the order of addresses."""
     yield "display_frames", "frames", "frames of the display"
     yield "pairs", "pairs", "pairs matched"
-    yield "pictures_dropped", "pictures", "disparity pictures that gave way to the next one before the monitor took them"
+    yield "pictures_dropped", "pictures", "disparity pictures that gave way to a newer one unseen"
     yield "pictures_abandoned", "pictures", "disparity pictures that were not finished"
     yield "display_underflows", "events", "times that memory gave a pixel too late to the display"
     yield "uart_errors", "events", "framing errors, lost bytes, bad sums, time-outs and stray bytes of this line"
