@@ -12,7 +12,8 @@ from cocotb.triggers import RisingEdge, Timer
 from golden.bt656 import BLANK_CHROMA, BLANK_LUMA, clip
 from golden.display import DisplayMode, monitor_picture
 from golden.labelling import match
-from golden.protocol import Operation, Request, Status, encode_request, first_reply
+from golden.protocol import BAUD, FRAME_BYTES, FRAME_SECONDS, Operation, Request, Status, encode_request, first_reply
+from golden.registers import register_map
 from golden.scenes import scene
 from golden.setup_steps import TVP5154
 from sim.models.camera import STANDS, Camera, play_cocotb
@@ -79,6 +80,9 @@ class Rig:
     DRIFT_PPM = {"left": -120, "right": 90}
     PHASE = {"left": 0.0, "right": 0.3}
 
+    #: Silence after which a request is read from its beginning, in bits of the host's line.
+    QUIET_BITS = round(FRAME_SECONDS * BAUD) + 10 * FRAME_BYTES + 10
+
     def __init__(self, dut, *, seed=1, timing=None):
         size = SIZES[os.environ["SYSTEM_SIZE"]]
         self.dut = dut
@@ -93,6 +97,7 @@ class Rig:
         self.transmitter.set_pins(0, {"isel": 0})       # as the board does in its reset
         for decoder in self.decoder.decoders[:2]:
             decoder.lock = Tvp5154.LOCKED
+        self.registers = register_map(self.config, self.camera.height)
         self.host = UartHost(UART_CYCLES)
         self.settings = {"mode": DisplayMode.DISPARITY, "colour": False, "u": self.config.weights, "labels": self.config.labels_in_use}
         self.states = [(self.pair, self.settings)]      # what was in front of the cameras, and set, since the last check
@@ -154,13 +159,15 @@ class Rig:
                 return reply.value
         raise TimeoutError(f"no reply about {name}")
 
-    @property
-    def registers(self):
-        from golden.registers import register_map
-        return register_map(self.config, self.camera.height)
-
     async def read(self, name):
         return await self.ask(Operation.READ, name)
+
+    async def until_reads(self, name, value, attempts=60):
+        """Read a register until it has this value."""
+        for _ in range(attempts):
+            if await self.read(name) == value:
+                return
+        raise AssertionError(f"{name} does not become {value}")
 
     async def write(self, name, value):
         assert await self.ask(Operation.WRITE, name, value) == value
