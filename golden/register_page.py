@@ -104,6 +104,10 @@ def page(registers: RegisterMap) -> str:
                   "| address | name | bits | values | reset | unit | meaning |", "|---|---|---:|---|---:|---|---|"]
         lines += [f"| `0x{register.address:02X}` | `{register.name}` | {register.width} | {register.limits} | {register.reset} "
                   f"| {register.unit or '-'} | {register.description} |" for register in registers.of(kind)]
+    for register in registers:
+        if register.words and len(register.words) > 1 and not all(word in register.limits for word in register.words.values()):
+            lines += ["", f"### Values of `{register.name}`", "", "| value | meaning |", "|---:|---|"]
+            lines += [f"| {value} | {word} |" for value, word in register.words.items()]
     return "\n".join(lines) + "\n"
 
 

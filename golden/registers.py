@@ -96,11 +96,14 @@ class Register:
         """``read-only``, ``read-write`` or ``write 1``."""
         return {Kind.PARAMETER: "read-write", Kind.ACTION: "write 1"}.get(self.kind, "read-only")
 
+    #: Names of values that take more characters than this are told in a list of their own.
+    NAMES_MAX = 60
+
     @property
     def limits(self) -> str:
         """The values there may be, with their names if these are short."""
         named = ", ".join(f"{value} {word}" for value, word in self.words.items())
-        if 0 < len(named) <= 80:
+        if named and len(named) <= self.NAMES_MAX:
             return named
         return f"{self.minimum} .. {self.maximum}" if self.minimum < self.maximum else f"{self.maximum}"
 
@@ -166,7 +169,7 @@ def _counters() -> Iterator[tuple[str, str, str]]:
     """Name, unit and description of each counter, in the order of addresses."""
     yield "display_frames", "frames", "frames of the display"
     yield "pairs", "pairs", "pairs matched"
-    yield "pictures_dropped", "pictures", "disparity pictures that the next one came before"
+    yield "pictures_dropped", "pictures", "disparity pictures that gave way to a newer one unseen"
     yield "pictures_abandoned", "pictures", "disparity pictures that were not finished"
     yield "display_underflows", "events", "times that memory gave a pixel too late to the display"
     yield "uart_errors", "events", "framing errors, lost bytes, bad sums, time-outs and stray bytes of this line"
@@ -174,9 +177,9 @@ def _counters() -> Iterator[tuple[str, str, str]]:
         yield f"{side}_corrected", "codes", f"timing codes of the {side} camera with one wrong bit"
         yield f"{side}_rejected", "codes", f"timing codes of the {side} camera that were beyond repair"
         yield f"{side}_dropped", "frames", f"frames of the {side} camera dropped on their way in"
-        yield f"{side}_overflow", "frames", f"frames of the {side} camera lost to a full FIFO, dropped too"
+        yield f"{side}_overflow", "frames", f"frames of the {side} camera lost to a full FIFO; dropped counts them too"
         yield f"{side}_skipped", "frames", f"frames of the {side} camera that found no free buffer"
-        yield f"{side}_unpaired", "frames", f"frames of the {side} camera that found no partner in time"
+        yield f"{side}_unpaired", "frames", f"frames of the {side} camera that no frame of the other one was near enough to"
     for role, chip in SETUPS.items():
         yield f"{role}_failures", "failures", f"failed set-ups of the {chip.name}, and failures after its set-up"
     for fifo, what in (("left_camera", "of the left camera"), ("right_camera", "of the right camera"), ("pair", "before the matcher"),

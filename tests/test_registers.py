@@ -24,6 +24,7 @@ from golden.protocol import (
 )
 from golden.register_page import main, page
 from golden.registers import SETUPS, Kind, Register, RegisterMap, answer, register_map
+from golden.setup_steps import TFP410
 
 
 REGISTERS = register_map()
@@ -129,6 +130,11 @@ def test_kinds():
     assert {register.access for register in REGISTERS.of(Kind.ACTION)} == {"write 1"}
 
 
+def test_limits():
+    assert [REGISTERS[name].limits for name in ("show", "labels", "version", "decoder_state", "transmitter_step")] == [
+        "0 disparity, 1 left, 2 both", "1 .. 80", "1", "0 busy, 1 done, 2 failed", f"0 .. {len(TFP410.steps) - 1}"]
+
+
 @pytest.mark.parametrize("name, value, text", [
     ("u1", 15, "15 grey levels a pixel"), ("show", 2, "both"), ("show", 3, "3"), ("left_locked", 1, "yes"),
     ("decoder_step", 4, "decoder 1: write 7F = 00"), ("transmitter_reason", 1, "no acknowledge"), ("pairs", 7, "7 pairs"),
@@ -202,6 +208,7 @@ def test_page_tells_all():
     for register in REGISTERS:
         assert f"| `0x{register.address:02X}` | `{register.name}` | {register.width} |" in text
         assert register.description in text
+        assert all(f"{value} {word}" in register.limits or f"| {value} | {word} |" in text for value, word in register.words.items())
     assert max(map(len, text.splitlines())) <= 140
 
 

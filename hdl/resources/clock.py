@@ -99,7 +99,8 @@ def _synthesise(folder: Path, top: str, report: Callable[[str], None]) -> tuple[
     """
     options = {"-nolutram"}
     while True:
-        run_yosys([("synthesis for the ECP5", _SYNTHESIS.format(top=top, more=_ENABLED, options=" ".join(sorted(options))))], folder, report)
+        script = _SYNTHESIS.format(top=top, more=_ENABLED, options=" ".join(sorted(options)))
+        run_yosys([("synthesis for the ECP5", script)], folder, report)
         cells = json.loads((folder / "design.json").read_text())["modules"][top]["cells"]
         types = Counter(cell["type"] for cell in cells.values())
         if types["MULT18X18D"] > _DEVICE_MULTIPLIERS and "-nodsp" not in options:

@@ -11,7 +11,7 @@ from golden.errors import UserError
 from golden.formats import PAL, CameraFormat, DisplayFormat
 from golden.memory_map import MemoryMap, Plane
 from golden.pairing import WINDOW, buffers_needed
-from golden.protocol import BAUD
+from golden.protocol import BAUD, FRAME_SECONDS
 from golden.registers import SETUPS, register_map
 
 from ..matcher import Matcher
@@ -87,9 +87,10 @@ class StereoSystem(wiring.Component):
     timing : :class:`MemoryTiming`
         ``clock_hz`` is that of ``sync``. What the memory cannot serve is refused: :class:`golden.errors.UserError`.
     baud : int
-        Of the registers' line.
+        Of the registers' line. Its time-out is :data:`golden.protocol.FRAME_SECONDS` at :data:`golden.protocol.BAUD`.
     setup_hz, bus_hz : int
-        Rate of ``sync`` as the set-up of the chips counts its times, and of the I2C bus. In simulation a low one makes it short.
+        Rate of ``sync`` as the buttons and the set-up of the chips count their times, and of the I2C bus. In simulation a low one makes
+        these times short.
     window : float
         Greatest time between the beginnings of a pair's frames, in frames of the cameras.
 
@@ -119,11 +120,6 @@ class StereoSystem(wiring.Component):
         buffers = buffers_needed(reading_seconds, camera.frame_seconds) if reading_seconds < camera.frame_seconds else 3
         self.memory_map = memory_map = MemoryMap(camera.width, camera.height, buffers)
         self.budget = budget = Budget(memory_map, camera, display, timing, matcher_clocks=frame_clocks / pixels)
-        try:
-            budget.check()
-        except UserError:
-            Fragment.get(matcher, None)     # Amaranth complains of a component that is not used
-            raise
         burst = budget.burst
 
         self.cameras = {side: CameraInput(camera, f"{side}_camera") for side in ("left", "right")}
@@ -137,10 +133,17 @@ class StereoSystem(wiring.Component):
         self.display = DisplayOutput(config, display, camera.width, camera.height)
         self.arbiter = Arbiter(4, 2, burst=burst)
         self.control = BufferControl(buffers, round(window * camera.frame_seconds * clock_hz))
-        self.setups = {role: ChipSetup(chip, setup_hz or clock_hz, bus_hz) for role, chip in SETUPS.items()}
+        self.setup_hz = setup_hz or clock_hz
+        self.setups = {role: ChipSetup(chip, self.setup_hz, bus_hz) for role, chip in SETUPS.items()}
         self.registers = register_map(config, camera.height)
-        self.serial = SerialRegisters(self.registers, clock_hz, baud)
+        # The time-out is the same number of bits at every rate.
+        self.serial = SerialRegisters(self.registers, clock_hz, baud, frame_seconds=FRAME_SECONDS * BAUD / baud)
         super().__init__(SystemPorts())
+        try:
+            budget.check()
+        except UserError:
+            Fragment.get(self, None)    # Amaranth complains of components that are not used
+            raise
 
     def elaborate(self, platform):
         m = Module()
@@ -157,7 +160,7 @@ class StereoSystem(wiring.Component):
         # Buttons.
         pressed = []
         for number in range(2):
-            m.submodules[f"button_{number}"] = button = Button(self.clock_hz)
+            m.submodules[f"button_{number}"] = button = Button(self.setup_hz)
             m.d.comb += button.i.eq(self.buttons[number])
             pressed.append(button.pressed)
         clear   = Signal()

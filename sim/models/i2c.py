@@ -171,25 +171,31 @@ def amaranth_bus(bus, dut, *, clock_hz, pins=()):
     return testbench
 
 
-async def cocotb_bus(bus, dut, *, prefix="", pins=()):
+async def cocotb_bus(bus, dut, *, prefix="", pins=(), ports=None, levels=None, scale=1):
     """Run in the background (``cocotb.start_soon``), once the reset has begun: ``bus`` at the lines of a module in a simulator.
 
-    The ports are called as for :func:`amaranth_bus`, with ``prefix`` before them. Costs nothing while the lines are quiet.
+    The ports are called as for :func:`amaranth_bus`, with ``prefix`` before them; ``ports`` has the names of those that are not.
+    ``levels`` are those of pins that are no ports. A nanosecond of the simulator is ``scale`` of the bus. Costs nothing while the lines
+    are quiet.
     """
     from cocotb.simtime import get_sim_time
     from cocotb.triggers import First, ReadOnly, Timer, ValueChange
-    handles = {name: getattr(dut, prefix + name) for name in ("scl_low", "sda_low", *pins)}
+    ports = ports or {}
+
+    def port(name):
+        return getattr(dut, ports.get(name, prefix + name))
+
+    handles = {name: port(name) for name in ("scl_low", "sda_low", *pins)}
     while True:
         await ReadOnly()
-        levels = {}
+        now = dict(levels or {})
         for name, handle in handles.items():
             assert handle.value.is_resolvable, f"{prefix}{name} is {handle.value}"
-            levels[name] = int(handle.value)
+            now[name] = int(handle.value)
         await Timer(1, "ps")
-        bus.drive(get_sim_time("ns"), levels.pop("scl_low"), levels.pop("sda_low"), **levels)
-        getattr(dut, f"{prefix}scl_i").value = bus.scl
-        getattr(dut, f"{prefix}sda_i").value = bus.sda
+        bus.drive(scale * get_sim_time("ns"), now.pop("scl_low"), now.pop("sda_low"), **now)
+        port("scl_i").value, port("sda_i").value = bus.scl, bus.sda
         triggers = [ValueChange(handle) for handle in handles.values()]
         if bus.due < math.inf:
-            triggers.append(Timer(max(round((bus.due - get_sim_time("ns")) * 1000), 1), "ps"))
+            triggers.append(Timer(max(round((bus.due / scale - get_sim_time("ns")) * 1000), 1), "ps"))
         await First(*triggers)

@@ -1,0 +1,107 @@
+"""Faults of the whole system, by name: what goes wrong, and which counter must tell of it."""
+
+import dataclasses
+from collections.abc import Awaitable, Callable
+from dataclasses import dataclass
+from random import Random
+
+from cocotb.triggers import ClockCycles
+
+from sim.models.i2c_chips import Fault as ChipFault
+from sim.system_rig import NO_CLOCK, NO_SIGNAL, Rig
+
+
+__all__ = ["FAULTS", "Fault"]
+
+
+@dataclass(frozen=True)
+class Fault:
+    """A fault.
+
+    Parameters
+    ----------
+    counter : str
+        Register that counts it.
+    strike : coroutine function
+        Called with the rig; returns when the fault is over.
+    kept : bool
+        No picture may be lost to it.
+    """
+    counter: str
+    strike: Callable[[Rig], Awaitable[None]]
+    kept: bool = False
+
+
+def _film(side, *faults):
+    """Faults of a camera's next frames."""
+    async def strike(rig):
+        film = rig.films[side]
+        film.faults.extend(faults)
+        end = film.frames + len(faults) + 1     # those, after the one under way
+        await rig.until(lambda: film.frames >= end)
+    return strike
+
+
+def _stall(clocks):
+    async def strike(rig):
+        rig.memory.stall(clocks)
+        await ClockCycles(rig.dut.clk, clocks)
+    return strike
+
+
+async def _refresh_storm(rig):
+    calm = rig.memory.timing
+    rig.memory.timing = dataclasses.replace(calm, refresh=(100, 98))
+    await ClockCycles(rig.dut.clk, 7500)
+    rig.memory.timing = calm
+
+
+async def _line_noise(rig):
+    """Bytes that are none, and a silence after which the line works again: the time-out, and a reply to noise."""
+    rig.host.rng = Random(1)
+    rig.host.send_noise(60)
+    rig.host.send_level(1, rig.QUIET_BITS)
+    while not rig.host.idle:
+        await rig.exchange()
+
+
+async def _camera_reset(rig):
+    rig.dut.left_camera_rst.value = 1
+    await ClockCycles(rig.dut.clk, 500)
+    rig.dut.left_camera_rst.value = 0
+
+
+def _silent(chip, register):
+    """A chip takes no byte until that has been counted; then all is well, and it is set up again."""
+    async def strike(rig):
+        faults = getattr(rig, chip).faults
+        faults.append(ChipFault("no acknowledge", register))
+        while not await rig.read(f"{chip}_failures"):
+            pass
+        faults.clear()
+    return strike
+
+
+#: By name.
+FAULTS = {
+    "left camera lost and back": Fault("left_dropped", _film("left", "signal lost", NO_SIGNAL, NO_SIGNAL)),
+    "right camera lost in noise and back": Fault("right_dropped", _film("right", "signal lost in noise", NO_SIGNAL)),
+    "left camera's clock stops and comes back": Fault("left_dropped", _film("left", "clock stopped", NO_CLOCK)),
+    "right camera's clock stops for a moment": Fault("right_dropped", _film("right", "clock stopped")),
+    "fields swapped": Fault("left_dropped", _film("left", "fields swapped")),
+    "top field missing": Fault("right_dropped", _film("right", "top field missing")),
+    "bottom field missing": Fault("left_dropped", _film("left", "bottom field missing")),
+    "one-bit errors of timing codes": Fault("right_corrected", _film("right", "one-bit errors of all codes"), kept=True),
+    "two-bit error of a timing code": Fault("left_rejected", _film("left", "two-bit error of a code")),
+    "short line": Fault("right_dropped", _film("right", "short line")),
+    "long line": Fault("left_dropped", _film("left", "long line")),
+    "lines missing": Fault("right_dropped", _film("right", "lines dropped")),
+    "decoder reset": Fault("left_dropped", _film("left", "decoder reset")),
+    "left camera's domain reset": Fault("left_dropped", _camera_reset),
+    "memory stalls for 100 us": Fault("display_underflows", _stall(7500)),
+    "memory stalls for 400 us": Fault("left_overflow", _stall(30000)),
+    "refreshes without end": Fault("display_underflows", _refresh_storm),
+    "noise on the host's line": Fault("uart_errors", _line_noise, kept=True),
+    "video decoder does not acknowledge": Fault("decoder_failures", _silent("decoder", 0xFF), kept=True),
+    "DVI transmitter does not acknowledge": Fault("transmitter_failures", _silent("transmitter", 0x08), kept=True),
+}

@@ -1,0 +1,102 @@
+"""The cocotb half of ``test_system.py``: the whole system, from two cameras to the monitor."""
+
+import json
+import os
+from pathlib import Path
+
+import cocotb
+from cocotb.triggers import ClockCycles
+
+from golden.display import DisplayMode
+from golden.registers import IDENTITY
+from sim.models.ddr2 import Ddr2Timing
+from sim.system_faults import FAULTS
+from sim.system_rig import SIDES, Rig
+
+
+HOSTILE = Ddr2Timing(busy=0.4, refresh=(300, 24))
+
+
+async def start(dut, **options):
+    """A rig whose monitor shows the first pair."""
+    rig = Rig(dut, timing=HOSTILE, **options)
+    await rig.start()
+    await rig.shows(frames=20)
+    rig.cut = 0     # black up to the first picture
+    return rig
+
+
+@cocotb.test()
+async def pictures(dut):
+    """Pictures of all kinds, bit-exact; what the host sets takes effect for whole pictures; status and counters read back."""
+    rig = await start(dut)
+    assert await rig.read("identity") == IDENTITY
+    assert await rig.read("labels") == rig.config.disparities
+    for name, value, setting in (
+            ("show", 1, {"mode": DisplayMode.LEFT}), ("show", 2, {"mode": DisplayMode.BOTH}), ("colour", 1, {"colour": True}),
+            ("show", 0, {"mode": DisplayMode.DISPARITY}), ("u3", 60, {"u": (*rig.config.weights[:2], 60)}), ("labels", 5, {"labels": 5})):
+        rig.change(scene=name in ("show", "u3"), **setting)
+        await rig.write(name, value)
+        await rig.shows()
+    assert rig.cut == 0
+
+    # The picture stands still.
+    await rig.write("hold", 1)
+    await rig.shows()
+    pair = rig.pair
+    rig.change()
+    moving, rig.pair = rig.pair, pair
+    for _ in range(3):
+        await rig.shows()
+    assert await rig.read("left_unpaired") > 0
+    rig.pair = moving
+    rig.change(scene=False)
+    await rig.write("hold", 0)
+    await rig.shows()
+
+    for name in ("memory_ready", "left_signal", "right_signal"):
+        assert await rig.read(name) == 1, name
+    for name in ("matcher_error", "display_underflows", "left_dropped", "right_dropped", "left_skipped", "right_skipped", "left_rejected",
+                 "left_overflow", "pictures_abandoned", "uart_errors"):
+        assert await rig.read(name) == 0, name
+    for name in ("display_frames", "pairs", "left_camera_fill", "right_camera_fill", "pair_fill", "picture_fill", "display_fill"):
+        assert await rig.read(name) > 0, name
+    frames, pairs = await rig.read("display_frames"), await rig.read("pairs")
+    assert abs(frames - rig.monitor.frames) <= 3 and 0 <= rig.films["left"].frames - pairs < 12
+    assert int(dut.leds.value) & 0b11010011 == 0b00010011
+
+    # A button clears the counters, after it has bounced.
+    for level in (1, 0, 1):
+        dut.buttons.value = level << 1
+        await ClockCycles(dut.clk, 2000 if level == 0 else 300)
+    await ClockCycles(dut.clk, 6000)
+    assert await rig.read("display_frames") < 5 < frames
+
+
+@cocotb.test(skip="FAULTS" not in os.environ)
+async def faults(dut):
+    """Each fault is counted; the pair that comes after it is shown exactly; the monitor's timing holds throughout."""
+    rig = await start(dut)
+    await rig.until(lambda: rig.decoder.is_set_up(1) and rig.transmitter.is_set_up())
+    told = []
+    for name in json.loads(os.environ["FAULTS"]):
+        fault = FAULTS[name]
+        await rig.write("clear_counters", 1)
+        before, cut = rig.monitor.frames, rig.cut
+        rig.change()
+        await fault.strike(rig)
+        rig.change()
+        await rig.shows(frames=16)
+        recovered = rig.monitor.frames - before
+        count = await rig.read(fault.counter)
+        assert count > 0, f"{name}: {fault.counter} has not counted"
+        if fault.kept:
+            assert [await rig.read(f"{side}_dropped") for side in SIDES] == [0, 0]
+        assert rig.cut - cut <= await rig.read("display_underflows")
+        told.append({"fault": name, "counter": fault.counter, "count": count, "frames": recovered})
+        dut._log.info("%s", told[-1])
+    for name in ("decoder_state", "transmitter_state", "left_locked", "right_locked"):
+        await rig.until_reads(name, 1)
+    assert rig.decoder.is_set_up(0) and rig.decoder.is_set_up(1) and rig.transmitter.is_set_up()
+    assert await rig.read("matcher_error") == 0
+    Path(os.environ["REPORT"]).write_text(json.dumps(told))
