@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from golden.bandwidth import MemoryTiming
 from golden.config import Arithmetic, Engine, MatcherConfig
@@ -34,7 +35,7 @@ class Size:
     timing: MemoryTiming
 
 
-_CONFIG = {"arithmetic": Arithmetic.LINEAR, "engine": Engine.STREAMING}
+_CONFIG: dict[str, Any] = {"arithmetic": Arithmetic.LINEAR, "engine": Engine.STREAMING}
 
 #: By name. A monitor's frame takes half as long as a camera's or less, as the frame store wants it.
 SIZES = {
