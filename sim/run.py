@@ -32,7 +32,7 @@ from .harness import Result, simulate
 from .simulators import SIMULATORS, SimulationError, require
 
 
-__all__ = ["main"]
+__all__ = ["main", "output_folder"]
 
 
 def _parser() -> Parser:
@@ -51,7 +51,7 @@ def _parser() -> Parser:
     return parser
 
 
-def _output_folder(path: Path) -> Path:
+def output_folder(path: Path) -> Path:
     """Make the folder; :class:`UserError` if it does not take files."""
     try:
         path.mkdir(parents=True, exist_ok=True)
@@ -142,7 +142,7 @@ def _main(argv: Sequence[str] | None) -> int:
     height, width = left.shape
     config = gateware_config(options, disparities, max_width=width)
     require(options.simulator)
-    folder = _output_folder(options.output)
+    folder = output_folder(options.output)
 
     start = time.perf_counter()
     with _work_folder(folder) as work:

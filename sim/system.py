@@ -1,17 +1,41 @@
-"""The whole chip in simulation: sizes of its benches."""
+"""The whole chip: ``python -m sim.system [LEFT RIGHT]`` sends a pair from two simulated cameras to a simulated monitor.
 
+One pair of 720x576 pixels goes through the Verilog of the system at the formats of the board, PAL in and 720x576 at 50 Hz out, and what
+the monitor saw must equal the golden model's picture in every pixel. ``--frames`` and ``--faults`` run a small system instead, against
+models that check every rule: how full the FIFOs get, and whether each fault is counted and got over.
+"""
+
+import json
+import sys
+import time
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+from rich.console import Console
+from rich.table import Table
+
 from golden.bandwidth import MemoryTiming
+from golden.bt656 import clip, encode
+from golden.cli import Parser
 from golden.config import Arithmetic, Engine, MatcherConfig
-from golden.formats import CameraFormat, DisplayFormat
+from golden.dataset import motorcycle
+from golden.display import DisplayMode, monitor_picture
+from golden.errors import UserError, run_cli
+from golden.formats import DISPLAYS, PAL, CameraFormat, DisplayFormat
+from golden.images import read_pair, write_picture
+from golden.labelling import match
+from golden.memory_map import Plane
 from hdl.emit import write_verilog
 from hdl.video.system import StereoSystem
+from sim.models.monitor import Monitor
+from sim.run import output_folder
+from sim.simulators import SimulationError, build, require, run
 
 
-__all__ = ["CLOCK_HZ", "SETUP_HZ", "SIZES", "UART_CYCLES", "Size", "emit"]
+__all__ = ["CLOCK_HZ", "SETUP_HZ", "SIZES", "TOP", "UART_CYCLES", "Size", "main"]
 
 
 #: Of ``sync``.
@@ -24,6 +48,11 @@ SETUP_HZ = 500_000
 UART_CYCLES = 16
 
 TOP = "stereo_system"
+_HARNESS = Path(__file__).with_suffix(".v")
+
+# The right camera is so much later, and the monitor begins to fetch a frame so long after the reset, that its picture is there.
+_RIGHT_SECONDS = 0.002
+_DISPLAY_SECONDS = 0.0095
 
 
 @dataclass(frozen=True)
@@ -33,6 +62,10 @@ class Size:
     camera: CameraFormat
     display: DisplayFormat
     timing: MemoryTiming
+
+    def system(self) -> StereoSystem:
+        return StereoSystem(self.config, self.display, camera=self.camera, timing=self.timing, baud=CLOCK_HZ // UART_CYCLES,
+                            setup_hz=SETUP_HZ)
 
 
 _CONFIG: dict[str, Any] = {"arithmetic": Arithmetic.LINEAR, "engine": Engine.STREAMING}
@@ -44,11 +77,167 @@ SIZES = {
         CameraFormat(32, 12, blanking=8, before_top=2, after_top=1, before_bottom=2, after_bottom=1),
         DisplayFormat(40, range(44, 50), 80, 28, range(30, 32), 36, 65_000_000),
         MemoryTiming(row_clocks=2, turn_clocks=2)),
+    "full": Size(MatcherConfig(disparities=80, max_width=PAL.width, **_CONFIG), PAL, DISPLAYS["720x576"], MemoryTiming()),
 }
 
 
-def emit(size: Size, path: Path) -> Path:
-    """Write the Verilog of the system, module ``stereo_system``; return the path."""
-    system = StereoSystem(size.config, size.display, camera=size.camera, timing=size.timing, baud=CLOCK_HZ // UART_CYCLES,
-                          setup_hz=SETUP_HZ)
-    return write_verilog(system, path, name=TOP)
+def run_small(folder: Path, test: str, **env: str | int) -> StereoSystem:
+    """Run a test of ``system_tb.py`` by its name on the small system, which is returned."""
+    system = SIZES["small"].system()
+    source = write_verilog(system, folder / "small.v", name=TOP)
+    build("verilator", [source], TOP, folder / "small")
+    ran = run("verilator", TOP, folder / "small", "sim.system_tb",
+              env={"SYSTEM_SIZE": "small", "COCOTB_TEST_FILTER": rf"\b{test}$", **env})
+    assert ran == 1
+    return system
+
+
+def _fit(picture, format: CameraFormat):
+    """The picture in a camera's size: what is larger is cropped around the centre, what is smaller repeats its edges."""
+    for axis, size in enumerate((format.height, format.width)):
+        beyond = picture.shape[axis] - size
+        if beyond > 0:
+            picture = np.take(picture, range(beyond // 2, beyond // 2 + size), axis=axis)
+        pads = [(0, 0), (0, 0)]
+        pads[axis] = (max(-beyond, 0) // 2, max(-beyond, 0) - max(-beyond, 0) // 2)
+        picture = np.pad(picture, pads, mode="edge")
+    return picture
+
+
+def _pair(names, format):
+    if len(names) not in (0, 2):
+        raise UserError(f"LEFT and RIGHT are two pictures, not {len(names)}; name both or none")
+    if names:
+        left, right = read_pair(*names)
+    else:
+        pair = motorcycle(1, format.width, format.height)
+        left, right = pair.left, pair.right
+    return [_fit(clip(side), format) for side in (left, right)]
+
+
+def _report(path: Path) -> dict[str, float]:
+    return {key: float(value) for key, value in (line.split() for line in path.read_text().splitlines())}
+
+
+def run_full(size: Size, pair, folder: Path, simulator: str = "verilator"):
+    """One pair through ``system.v``; what was counted, and the monitor's picture."""
+    system = size.system()
+    memory_map = system.memory_map
+    source = write_verilog(system, folder / "full.v", name=TOP)
+    shown = memory_map.base(Plane.DISPARITY, 0)
+    camera, display = size.camera, size.display
+    build(simulator, [source, _HARNESS], "system_bench", folder / simulator, parameters={
+        "FRAME_BYTES": camera.frame_bytes, "WORDS": memory_map.total_words, "SHOWN": shown,
+        "PICTURE_WORDS": 2 * memory_map.line_words * memory_map.height})
+    files = {name: folder / f"{name}.txt" for name in ("left", "right", "output", "report")}
+    for name, picture in zip(("left", "right"), pair):
+        files[name].write_text("\n".join(f"{byte:02x}" for byte in encode(picture, camera).tolist()) + "\n")
+    late = round(_RIGHT_SECONDS * camera.byte_clock_hz)
+    periods = [2 * round(0.5e12 / hertz) for hertz in (CLOCK_HZ, display.pixel_clock_hz, camera.byte_clock_hz, camera.byte_clock_hz)]
+    # Relative to where the simulator runs: Verilog's file names are of limited length.
+    run(simulator, "system_bench", folder / simulator, "sim.system_bench_tb",
+        plusargs=[*(f"+{name}=../{path.name}" for name, path in files.items()), f"+right_at={camera.frame_bytes - late}"],
+        env={"PERIODS": " ".join(map(str, periods)), "DISPLAY_NS": round(_DISPLAY_SECONDS * 1e9)})
+    monitor = Monitor(display)
+    for _ in range(2):  # the edge that it waits for
+        monitor.clock(7 << 24)
+    with files["output"].open() as file:
+        for line in file:
+            monitor.clock(int(line, 16))
+    if monitor.frames != 1:
+        raise SimulationError(f"the monitor has seen {monitor.frames} frames, not 1")
+    return _report(files["report"]), monitor.pictures[-1]
+
+
+def _print_full(size: Size, report, mismatches) -> None:
+    clocks = int(report["finished"] - report["started"])
+    rate = CLOCK_HZ / clocks
+    table = Table()
+    table.add_column("figure")
+    table.add_column("value", justify="right")
+    for name, value in (
+            ("mismatching pixels at the monitor", f"{mismatches}"),
+            ("clocks, pair's first word read to picture's last word written", f"{clocks:,}"),
+            ("clocks per pixel", f"{clocks / (size.camera.width * size.camera.height):.3f}"),
+            (f"frames/s at {CLOCK_HZ / 1e6:g} MHz", f"{rate:.1f}"),
+            (f"margin over {1 / size.camera.frame_seconds:.0f} frames/s", f"{rate * size.camera.frame_seconds:.1f} times"),
+            ("simulated clocks of sync", f"{report['clocks']:,.0f}"),
+            ("words read, written", f"{report['words_read']:,.0f}, {report['words_written']:,.0f}"),
+            ("seconds of simulation", f"{report['seconds']:.0f}")):
+        table.add_row(name, value)
+    Console().print(table)
+
+
+def _print_frames(system: StereoSystem, told) -> None:
+    table = Table(title=f"{told['frames']} frames of the small system, hostile memory", title_justify="left")
+    for column in ("FIFO", "deepest fill, words", "size, words"):
+        table.add_column(column, justify="left" if column == "FIFO" else "right")
+    for name, fill in told["fills"].items():
+        table.add_row(name, f"{fill}", f"{system.depths[name]}")
+    console = Console()
+    console.print(table)
+    console.print(system.budget.table())
+    moved = told["words"] * CLOCK_HZ / told["clocks"]
+    console.print(f"Moved: {moved:,.0f} words/s on the average of {told['clocks']:,} clocks, {moved / system.budget.available:.1%} of what "
+                  "there is.", soft_wrap=True)
+
+
+def _print_faults(told) -> None:
+    table = Table()
+    for column in ("fault", "counter", "count", "monitor's frames until exact"):
+        table.add_column(column, justify="left" if column in ("fault", "counter") else "right")
+    for entry in told:
+        table.add_row(*(str(entry[key]) for key in ("fault", "counter", "count", "frames")))
+    Console().print(table)
+
+
+def _main(argv: Sequence[str] | None) -> int:
+    parser = Parser(prog="sim.system", description="Send a pair from two simulated cameras to a simulated monitor, through the Verilog of "
+                    "the whole system. Exit status 1 if the monitor shows anything but the golden model's picture.")
+    parser.add_argument("pictures", nargs="*", metavar="LEFT RIGHT",
+                        help=f"rectified pair, cropped or its edges repeated to {PAL.width}x{PAL.height}; without it, the Motorcycle pair")
+    parser.add_argument("--frames", type=int, metavar="N", help="instead: N frames of a small system, how full its FIFOs get")
+    parser.add_argument("--faults", action="store_true", help="instead: faults of a small system")
+    parser.add_argument("--output", type=Path, default=Path("build/system"), metavar="DIR", help="default: %(default)s")
+    options = parser.parse_args(argv)
+    if options.frames is not None and options.frames < 1:
+        raise UserError(f"--frames must be at least 1, not {options.frames}")
+    small = options.faults or options.frames is not None
+    if options.faults and options.frames is not None:
+        raise UserError("--frames and --faults are two benches; choose one of them")
+    if small and options.pictures:
+        raise UserError("LEFT and RIGHT are for the full size, and --frames and --faults have pictures of their own; leave them out")
+    size = SIZES["full"]
+    pair = [] if small else _pair(options.pictures, size.camera)
+    require("verilator")
+    folder = output_folder(options.output).absolute()
+    if small:
+        told = folder / "told.json"
+        from sim.system_faults import FAULTS  # here, because it needs the rig, which needs this
+        system = run_small(folder, "faults" if options.faults else "fills", REPORT=str(told), FAULTS=json.dumps(list(FAULTS)),
+                  FRAMES=options.frames or 0)
+        data = json.loads(told.read_text())
+        _print_faults(data) if options.faults else _print_frames(system, data)
+        return 0
+
+    start = time.perf_counter()
+    expected = monitor_picture(match(*pair, size.config), pair[0], size.display, DisplayMode.DISPARITY, False, size.config.disparities)
+    try:
+        report, picture = run_full(size, pair, folder)
+    except SimulationError as error:
+        print(f"sim.system: {error}", file=sys.stderr)
+        return 1
+    mismatches = int(np.count_nonzero((picture != expected).any(axis=-1)))
+    write_picture(folder / "monitor.png", picture)
+    _print_full(size, report, mismatches)
+    print(f"What the monitor saw is in {folder / 'monitor.png'}. {time.perf_counter() - start:.0f} s in all.")
+    return 1 if mismatches else 0
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run the command line; return its exit status."""
+    return run_cli(_main, argv, "sim.system")
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -101,6 +101,8 @@ class StereoSystem(wiring.Component):
     budget : :class:`Budget`
         Of the memory; it sizes the FIFOs.
     registers : :class:`RegisterMap`
+    depths : dict of str to int
+        Words that the FIFOs hold whose fill the registers tell, by what stands before ``_fill`` in their names.
     """
     def __init__(self, config: MatcherConfig, display: DisplayFormat, *, camera: CameraFormat = PAL, timing: MemoryTiming | None = None,
                  baud=BAUD, setup_hz=None, bus_hz=100_000, window=WINDOW):
@@ -122,14 +124,17 @@ class StereoSystem(wiring.Component):
         self.budget = budget = Budget(memory_map, camera, display, timing, matcher_clocks=frame_clocks / pixels)
         burst = budget.burst
 
+        self.depths = {
+            "left_camera": budget.camera_depth, "right_camera": budget.camera_depth,
+            **dict.fromkeys(("pair", "picture"), max(2 * burst, budget.matcher_depth)), "display": max(2 * burst, budget.display_depth),
+        }
         self.cameras = {side: CameraInput(camera, f"{side}_camera") for side in ("left", "right")}
-        self.frame_writers = {side: FrameWriter(memory_map, plane, burst=burst, depth=budget.camera_depth)
+        self.frame_writers = {side: FrameWriter(memory_map, plane, burst=burst, depth=self.depths[f"{side}_camera"])
                               for side, plane in (("left", Plane.LEFT), ("right", Plane.RIGHT))}
-        picture_depth = max(2 * burst, budget.matcher_depth)
-        self.picture_writers = {name: PictureWriter(memory_map, plane, burst=burst, depth=picture_depth)
+        self.picture_writers = {name: PictureWriter(memory_map, plane, burst=burst, depth=self.depths["picture"])
                                 for name, plane in (("disparity", Plane.DISPARITY), ("left", Plane.SHOWN_LEFT))}
-        self.pair_reader = PairReader(memory_map, burst=burst, depth=picture_depth)
-        self.picture_reader = PictureReader(memory_map, config, burst=burst, depth=max(2 * burst, budget.display_depth))
+        self.pair_reader = PairReader(memory_map, burst=burst, depth=self.depths["pair"])
+        self.picture_reader = PictureReader(memory_map, config, burst=burst, depth=self.depths["display"])
         self.display = DisplayOutput(config, display, camera.width, camera.height)
         self.arbiter = Arbiter(4, 2, burst=burst)
         self.control = BufferControl(buffers, round(window * camera.frame_seconds * clock_hz))
