@@ -1,6 +1,8 @@
 """The camera's receiver as emitted Verilog, through cocotb; see ``camera_tb.py``."""
 
-from golden.formats import CameraFormat
+import pytest
+
+from golden.formats import PAL, CameraFormat
 from hdl.emit import write_verilog
 from hdl.video.bt656 import CameraInput
 from sim.simulators import build, run
@@ -16,3 +18,10 @@ def test_camera(tmp_path):
     source = write_verilog(CameraInput(FORMAT, "camera", depth=16), tmp_path / "camera_input.v", name="camera_input")
     build("icarus", [source], "camera_input", tmp_path / "icarus")
     assert run("icarus", "camera_input", tmp_path / "icarus", "sim.camera_tb") == TESTS
+
+
+@pytest.mark.slow
+def test_camera_at_full_size(tmp_path):
+    source = write_verilog(CameraInput(PAL, "camera"), tmp_path / "camera_input.v", name="camera_input")
+    build("verilator", [source], "camera_input", tmp_path / "verilator")
+    assert run("verilator", "camera_input", tmp_path / "verilator", "sim.camera_pal_tb") == 1

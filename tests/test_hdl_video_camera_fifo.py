@@ -41,7 +41,7 @@ def test_depth():
 def test_stall_that_is_ridden_out(ratio):
     """As long as stated, at every place in a frame; half as long again costs the frame."""
     data, expected = film(2, WIDE)
-    cycles = receiver(WIDE, depth=16).stall_cycles(WIDE.byte_clock_hz / ratio)
+    cycles = CameraInput.stall_cycles(WIDE, 16, WIDE.byte_clock_hz / ratio)
     assert cycles == int(24 / ratio)
     within = (WIDE.before_top * WIDE.line_bytes + 8 + WIDE.blanking + 2) / ratio
     for start in (within, within + 7 / ratio):
@@ -56,7 +56,7 @@ def test_stall_that_is_ridden_out(ratio):
 
 
 def test_stated_depth():
-    assert CameraInput(PAL, "camera").stall_cycles(75e6) == 2822
+    assert CameraInput.stall_cycles(PAL, 512, 75e6) == 2822
 
 
 def test_nobody_takes_a_word():
@@ -84,6 +84,33 @@ def test_full_by_each_pixel():
         assert counters.get("overflow", 0) == counters.get("dropped", 0)
         lost.add(counters.get("dropped", 0))
     assert lost == {0, 1}
+
+
+def test_full_as_a_frame_begins():
+    """The last word of a frame is the last that finds room: it is whole, and the next one is not taken at all."""
+    data, expected = film(3)
+    until = TINY.frame_bytes + 60
+    outcomes = []
+    for start in range(56, 76, 3):
+        run = run_camera(receiver(), data, ratio=1, stall=lambda cycle: float(start <= cycle < until))
+        lost = 3 - len(whole(run))
+        assert run.counters == {"dropped": lost, "overflow": lost}
+        outcomes.append([frame in frames_of(run) for frame in (*expected, None)])
+    assert [True, False, True, False] in outcomes
+
+
+def test_room_as_a_frame_begins():
+    """The drop word that waited goes before it; if they meet, the frame is not taken."""
+    data, expected = film(2)
+    begins = TINY.frame_bytes + TINY.before_top * TINY.line_bytes + 8 + TINY.blanking
+    taken = set()
+    for ready in range(begins - 6, begins + 8):
+        run = run_camera(receiver(), data, ratio=1, stall=lambda cycle: float(cycle < ready))
+        frames = frames_of(run)
+        assert frames in ([None], [None, expected[1]])
+        assert run.counters == {"dropped": 3 - len(frames), "overflow": 3 - len(frames)}
+        taken.add(len(frames))
+    assert taken == {1, 2}
 
 
 @pytest.mark.parametrize("seed", range(3))
@@ -145,12 +172,14 @@ def test_clock_stops_for_good():
 
 
 def test_clock_stops_between_frames():
-    """Nothing is in progress: nothing is dropped."""
-    data, expected = film(3)
-    run = run_camera(receiver(), stopped_at(data, TINY.frame_bytes + 5, LONG), ratio=1)
-    assert frames_of(run) == expected
-    assert run.counters == {}
-    assert len(np.flatnonzero(np.diff(run.member("present")))) == 3
+    """Nothing is in progress: nothing is dropped, be it after a whole frame or after one that was dropped."""
+    for fault in ({}, {0: "long line"}):
+        data, expected = Camera(TINY, seed=1).film(pictures(3, TINY), fault)
+        at = len(data) - 2 * TINY.frame_bytes + 5
+        run = run_camera(receiver(), stopped_at(data, at, LONG), ratio=1)
+        assert whole(run) == [picture.tolist() for picture in expected]
+        assert frames_of(run).count(None) == len(fault)
+        assert run.counters == ({"dropped": 1} if fault else {})
 
 
 def test_clock_stops_while_the_consumer_stalls():

@@ -78,7 +78,7 @@ class CameraFifo(wiring.Component):
 
         # The camera's side.
         put     = Signal(CameraWord())
-        passing = Signal()      # the frame in progress is taken
+        passing = Signal()      # the frame in progress, or the last one, is taken
         owed    = Signal()      # a `drop` word waits for room
         m.d.comb += [put.eq(self.i), fifo.w_data.eq(put)]
         with m.If(self.strobe & self.i.first):
@@ -90,7 +90,7 @@ class CameraFifo(wiring.Component):
                 domain += passing.eq(0)
         with m.Elif(self.strobe & passing):
             m.d.comb += [fifo.w_en.eq(1), self.overflow.eq(~fifo.w_rdy)]
-            domain += [owed.eq(~fifo.w_rdy), passing.eq(fifo.w_rdy & ~self.i.end & ~self.i.drop)]
+            domain += [owed.eq(~fifo.w_rdy), passing.eq(fifo.w_rdy)]
         with m.Elif(owed):
             m.d.comb += [put.eq(CameraWord().const({"drop": 1})), fifo.w_en.eq(1)]
             domain += owed.eq(~fifo.w_rdy)

@@ -61,11 +61,10 @@ class TimingCodes(wiring.Component):
         syndrome = Signal(4)
         m.d.comb += syndrome.eq(p ^ Cat(f ^ v ^ h, f ^ v, f ^ h, v ^ h))
         wrong_f, wrong_v, wrong_h = syndrome == 0b0111, syndrome == 0b1011, syndrome == 0b1101
-        right = one & (syndrome == 0)
         one_bit = Mux(one, syndrome.matches("0001", "0010", "0100", "1000") | wrong_f | wrong_v | wrong_h, syndrome == 0)
         m.d.sync += [
             self.found.eq(preamble[2]),
-            self.valid.eq(preamble[2] & (right | one_bit)),
+            self.valid.eq(preamble[2] & ((syndrome == 0) | one_bit)),
             self.corrected.eq(preamble[2] & one_bit),
             self.code.f.eq(f ^ wrong_f), self.code.v.eq(v ^ wrong_v), self.code.h.eq(h ^ wrong_h),
         ]
