@@ -90,21 +90,23 @@ def pair(seed):
     return shown_pictures(*SIZE, LABELS, seed)
 
 
-@cocotb.test(timeout_time=1, timeout_unit="sec")
-async def modes(dut):
-    """Full rate; a frame for each mode, in grey and in colour, as ``MODES`` says: ``mode colour`` for each."""
+def modes():
+    """Full rate; a frame for each mode, in grey or in colour, as ``MODES`` says: ``mode colour`` for each."""
     numbers = [int(number) for number in os.environ["MODES"].split()]
-    settings = list(zip(numbers[::2], numbers[1::2]))
-    await show(dut, [(setting, Fetch(pair(seed))) for seed, setting in enumerate(settings)])
+    return [(setting, Fetch(pair(seed))) for seed, setting in enumerate(zip(numbers[::2], numbers[1::2]))]
 
 
-@cocotb.test(timeout_time=1, timeout_unit="sec", skip=os.environ["DISPLAY_FORMAT"] != "small")
-async def faults(dut):
+def faults():
     """A picture that stops and goes on when it is too late, one that does not come, none to show, one that is cut; each is followed by a
     good one."""
-    words = (SIZE[1] // 2) * SIZE[0] + 3
+    half = (SIZE[1] // 2) * SIZE[0] + 3
     entries = [
-        Fetch(pair(0), came=words, pause=(words, FRAME // 3)), Fetch(pair(1)), Fetch(pair(2), came=0, words=[]), Fetch(pair(3), stall=0.3),
+        Fetch(pair(0), came=half, pause=(half, FRAME // 3)), Fetch(pair(1)), Fetch(pair(2), came=0, words=[]), Fetch(pair(3), stall=0.3),
         Fetch(pair(4), shown_valid=False), Fetch(pair(5)), Fetch(pair(6), came=50, words=shown_words(*pair(6))[:50]), Fetch(pair(7)),
     ]
-    await show(dut, [((0, 1), entry) for entry in entries])
+    return [((0, 1), entry) for entry in entries]
+
+
+@cocotb.test(timeout_time=1, timeout_unit="sec")
+async def display(dut):
+    await show(dut, modes() if os.environ["MODES"] else faults())

@@ -1,4 +1,5 @@
-"""The gate in front of the display's FIFO, against a model that works on lists; what comes behind the FIFO: test_hdl_video_dvi.py."""
+"""The gate in front of the display's FIFO, against a model that works on lists, and what the scan behind it does about words that
+cannot be right; pictures: test_hdl_video_dvi.py."""
 
 import random
 
@@ -7,7 +8,8 @@ from amaranth.hdl import Value
 from amaranth.sim import Simulator
 
 from golden.config import MatcherConfig
-from hdl.video.picture import PictureGate, QueuedPixel
+from golden.formats import DisplayFormat
+from hdl.video.picture import PictureGate, PictureScan, QueuedPixel
 from sim.cases import comparable
 from sim.display_cases import shown_pictures, shown_words
 
@@ -94,6 +96,66 @@ def test_gate(size, reader_skips):
     simulator.run()
     # Whole pictures and halves, parts of pictures that were given up and that were not.
     assert {(width * height, False), ((width // 2) * (height // 2), False), (0, True), (0, False)} <= set(outcomes)
+
+
+def scan(words):
+    """Show 4x2 left pixels on a display of that size, from vertical blanking on; ``words``: when they come, and what they are.
+
+    Returns the red of each pixel, at which pixels there was an underflow, and how many words are left.
+    """
+    display = DisplayFormat(4, range(4, 5), 6, 2, range(2, 3), 4, 1)
+    dut = PictureScan(CONFIG, display, 4, 2)
+    queue, reds, underflows = list(words), [], []
+
+    async def testbench(ctx):
+        ctx.set(dut.settings, {"announced": 1, "only_left": 1})
+        ctx.set(dut.tag, 1)
+        for clock in range(26):
+            y, x = divmod((clock + 12) % 24, 6)
+            ctx.set(dut.x, x)
+            ctx.set(dut.y, y)
+            ctx.set(dut.frame_start, clock == 0)
+            there = bool(queue) and queue[0][0] <= clock
+            ctx.set(dut.there, there)
+            ctx.set(dut.head, queue[0][1] if there else {"tag": 1, "first": 1})
+            underflow, take = ctx.get(dut.underflow), ctx.get(dut.take)
+            _, _, red = await ctx.tick().sample(dut.red)
+            if underflow:
+                underflows.append(4 * y + x)
+            if take and there:
+                queue.pop(0)
+            at = clock - 12 - PictureScan.LATENCY
+            if at >= 0 and at % 6 < 4:
+                reds.append(red)
+
+    simulator = Simulator(dut)
+    simulator.add_clock(1e-6)
+    simulator.add_testbench(testbench)
+    simulator.run()
+    return reds, underflows, len(queue)
+
+
+def queued(left, **flags):
+    return {"left": left, "tag": 1, "first": left == 1, **flags}
+
+
+GOOD = [(0, queued(left)) for left in range(1, 9)]
+
+
+@pytest.mark.parametrize("words, shown, left", [
+    (GOOD, 8, 0),
+    ([*GOOD, (0, queued(9))], 8, 1),
+    ([(0, queued(9, tag=0, first=1)), (0, queued(9)), *GOOD], 8, 0),                        # drained in blanking
+    ([*GOOD[:3], (0, queued(4, first=1)), *GOOD[4:]], 3, 5),                                # the first pixel of another picture
+    ([*GOOD[:3], (0, queued(4, tag=0)), *GOOD[4:]], 3, 4),                                  # a pixel of the picture before: it is drained
+    ([*GOOD[:3], (16, queued(4)), *GOOD[4:]], 3, 5),                                        # a cycle too late
+    ([*GOOD[:3], (15, queued(4)), *GOOD[4:]], 8, 0),
+    ([(12, queued(1, tag=0)), *GOOD], 0, 8),                                                # too late to be drained
+    ([(12, queued(9)), *GOOD], 0, 8),
+])
+def test_scan(words, shown, left):
+    wanted = [value if value <= shown else 0 for value in range(1, 9)]
+    assert scan(words) == (wanted, [shown] if shown < 8 else [], left)
 
 
 def test_width():

@@ -58,7 +58,7 @@ class PictureGate(wiring.Component):
         ``word`` is offered; it is taken if ``ready`` is high. No stream: ``fetch`` withdraws an offer.
     ready : In(1)
     announced : Out(1)
-        The picture that was fetched last is there to show.
+        The picture that was fetched last is there to show; from two cycles after ``fetch`` on.
     coming : Out(1)
         Words of it are still to come.
     """
@@ -121,7 +121,7 @@ class PictureGate(wiring.Component):
         with m.If(fetched):
             m.d.sync += [self.announced.eq(self.shown_valid), self.coming.eq(self.shown_valid)]
         with m.If(self.fetch):
-            m.d.sync += [self.announced.eq(0), self.coming.eq(0), x.eq(0), y.eq(0)]
+            m.d.sync += [self.coming.eq(0), x.eq(0), y.eq(0)]
         return m
 
 
