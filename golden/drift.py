@@ -12,7 +12,7 @@ from .formats import PAL, CameraFormat
 from .pairing import WINDOW, Pairing
 
 
-__all__ = ["Figures", "Frames", "Trace", "camera_frames", "figures", "simulate", "violations"]
+__all__ = ["Figures", "Frames", "Trace", "all_phases", "camera_frames", "figures", "simulate", "violations"]
 
 
 Integers = NDArray[np.int64]
@@ -168,7 +168,7 @@ def _events(left: Frames, right: Frames) -> Iterator[tuple[int, bool, int, int, 
     rows = [np.stack([times, np.full(len(times), begins), np.full(len(times), side), np.arange(len(times)), frames.complete])
             for begins in (0, 1) for side, frames in enumerate((left, right)) for times in [frames.begins if begins else frames.ends]]
     table = np.concatenate(rows, axis=1)
-    yield from zip(*table[:, np.lexsort(table[1::-1])].tolist(), strict=True)
+    yield from zip(*table[:, np.argsort(table[0], kind="stable")].tolist(), strict=True)
 
 
 def violations(trace: Trace) -> list[str]:

@@ -49,7 +49,7 @@ def test_jitter():
         camera_frames(1.0, HZ, jitter=0.01)
 
 
-def clock_by_clock(left, right, control, reads, fetch, after_read):
+def clock_by_clock(left, right, control, reads, fetch, *, first_fetch, after_read):
     """What :func:`simulate` does, by a rule that is asked in every clock; rows of pairs, and the buffers of the frames."""
     end = max(*left.ends, *right.ends, *left.begins, *right.begins)
     events = [set() for _ in range(end + 2)]
@@ -63,7 +63,7 @@ def clock_by_clock(left, right, control, reads, fetch, after_read):
     for now in range(end + 1):
         events[now] |= {"done"} if now == done else set()
         events[now] |= {f"{plane}.complete" for plane in PLANES} if now == finish else set()
-        events[now] |= {"fetch"} if now % fetch == 0 else set()
+        events[now] |= {"fetch"} if now in range(first_fetch, end + 1, fetch) else set()
         was_shown = control.pictures.shown
         taken = list(newest)
         for side, name in enumerate(CAMERAS):
@@ -99,9 +99,10 @@ def test_event_by_event_is_clock_by_clock(seed):
         fills = rng.choice([3, 15, 16], 60, p=[0.1, 0.5, 0.4])
         sides.append(Frames(starts, starts + fills, rng.random(60) > 0.1))
     reads = rng.integers(2, (8, 14, 30)[seed % 3], 7)
-    buffers, fetch, after_read = 2 + seed % 2, int(rng.integers(5, 20)), int(rng.integers(1, 4))
-    trace = simulate(*sides, Pairing(buffers, 10), reads, fetch, after_read=after_read)
-    rows, used = clock_by_clock(*sides, Pairing(buffers, 10), reads.tolist(), fetch, after_read)
+    buffers, fetch = 2 + seed % 2, int(rng.integers(5, 20))
+    options = {"first_fetch": int(rng.integers(0, 200)), "after_read": int(rng.integers(1, 4))}
+    trace = simulate(*sides, Pairing(buffers, 10), reads, fetch, **options)
+    rows, used = clock_by_clock(*sides, Pairing(buffers, 10), reads.tolist(), fetch, **options)
     columns = [*trace.numbers, trace.slots, trace.started, trace.read, trace.finished, trace.shown]
     # The last pair may or may not have been read in the clock in which the simulation ends.
     assert np.stack(columns, axis=1)[:-1].tolist() == rows[:len(trace.started) - 1] and len(rows) - len(trace.started) in (0, 1)

@@ -99,6 +99,26 @@ def test_frame_expires():
     assert control.cameras[0].latest is None and control.cameras[0].unpaired == 1
 
 
+@pytest.mark.parametrize("age, taken", [(19, None), (20, 1)])
+def test_expired_frame_frees_its_buffer(age, taken):
+    """Buffer 0 is being read, 1 holds the latest frame, which began in clock 3: it is free in the very clock of its expiry."""
+    control = Pairing(2, 5, 20)
+    left = control.cameras[0]
+    play(control, {0: "left_camera.begin right_camera.begin", 1: "left_camera.complete right_camera.complete", 3: "left_camera.begin",
+                   9: "left_camera.complete", 3 + age: "left_camera.begin"}, 3 + age + 1)
+    assert left.reading == 0 and left.filling == taken and left.skipped == (taken is None)
+
+
+@pytest.mark.parametrize("age, buffer", [(19, 1), (20, 0)])
+def test_frame_complete_too_late(age, buffer):
+    """It is not kept: the frame that begins in the same clock takes its buffer."""
+    for begin in ("", "left_camera.begin"):
+        control = Pairing(2, 5, 20)
+        play(control, {0: "left_camera.begin", age: f"left_camera.complete {begin}"}, age + 1)
+        left = control.cameras[0]
+        assert left.filling == (buffer if begin else None) and left.unpaired == (age == 20)
+
+
 class TestPictures:
     def control(self, slots=2):
         """A pair in clock 2, being read."""
