@@ -3,6 +3,7 @@
 import dataclasses
 import os
 from collections import deque
+from typing import ClassVar
 
 import cocotb
 import numpy as np
@@ -77,8 +78,8 @@ class Rig:
     timing : Ddr2Timing
     """
     #: Cameras differ from their nominal clock, in parts of a million, and begin apart, in frames.
-    DRIFT_PPM = {"left": -120, "right": 90}
-    PHASE = {"left": 0.0, "right": 0.3}
+    DRIFT_PPM: ClassVar = {"left": -120, "right": 90}
+    PHASE: ClassVar = {"left": 0.0, "right": 0.3}
 
     #: Silence after which a request is read from its beginning, in bits of the host's line.
     QUIET_BITS = round(FRAME_SECONDS * BAUD) + 10 * FRAME_BYTES + 10

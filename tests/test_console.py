@@ -88,7 +88,8 @@ def test_get_and_set_on_the_chip(simulated, capsys):
     assert simulated.actions == ["restart_setup"]
     assert main(["--port", "none", "get", "pairs", "left_locked", "decoder_step", "u1", "width"], simulated.connect) == 0
     assert capsys.readouterr().out == (
-        "pairs = 65535 pairs\nleft_locked = yes\ndecoder_step = decoder 2: write FE = 02\nu1 = 42 grey levels a pixel\nwidth = 720 pixels\n")
+        "pairs = 65535 pairs\nleft_locked = yes\ndecoder_step = decoder 2: write FE = 02\n"
+        "u1 = 42 grey levels a pixel\nwidth = 720 pixels\n")
 
 
 def test_refused_by_the_chip_itself(simulated):
