@@ -16,7 +16,7 @@ from hdl.video.system import PairFork, StereoSystem
 from sim.streams import check_rules, receive, send
 
 
-DISPLAY = DISPLAYS["1024x768"]
+DISPLAY = DISPLAYS["720x576"]
 SEQUENTIAL = MatcherConfig(disparities=6, arithmetic=Arithmetic.THESIS, engine=Engine.SEQUENTIAL)
 STREAMING = MatcherConfig(disparities=4, arithmetic=Arithmetic.LINEAR, engine=Engine.STREAMING)
 
