@@ -116,6 +116,9 @@ class Budget:
     masters: int = 6
     burst: int = 16
 
+    # Lines of the picture that the monitor reads in the time of one of its own, in mode both: every second one is passed over.
+    DISPLAY_LINES = 2
+
     # Double buffers: a pair begins 5/8 of a frame apart at most, and the earlier buffer is written again after a whole frame.
     READING_SHARE = 3 / 8
 
@@ -148,12 +151,17 @@ class Budget:
         return self.memory_map.width * self.memory_map.height * self.matcher_clocks / self.timing.clock_hz
 
     @property
+    def display_pixels(self) -> float:
+        """Pixels a second of a plane that the monitor reads, in the mode that needs most."""
+        return self.DISPLAY_LINES * self.memory_map.width * self.display.pixel_clock_hz / self.display.h_total
+
+    @property
     def demands(self) -> tuple[Demand, ...]:
         """Every writer, then every reader."""
         line_words = self.memory_map.line_words
         camera = line_words * self.camera.byte_clock_hz / self.camera.line_bytes
         matcher = line_words * self.memory_map.height / self.reading_seconds
-        display = line_words * self.display.pixel_clock_hz / self.display.h_total
+        display = self.display_pixels * line_words / self.memory_map.width
         return (
             Demand("left camera, written", camera), Demand("right camera, written", camera),
             Demand("disparity, written", matcher), Demand("left picture shown, written", matcher),
@@ -172,6 +180,9 @@ class Budget:
             raise UserError(f"cameras, matcher and monitor ask for {self.used / 1e6:.1f} million words a second of memory, and it serves "
                             f"{self.available / 1e6:.1f} at {self.timing.clock_hz / 1e6:g} MHz: choose a smaller picture, a monitor of "
                             "fewer pixels or a faster memory clock")
+        if self.display_pixels > self.timing.clock_hz:
+            raise UserError(f"the monitor asks for {self.display_pixels / 1e6:.1f} million pixels a second, and the frame store gives one a "
+                            f"clock, of {self.timing.clock_hz / 1e6:g} MHz: choose a slower monitor or a faster memory clock")
         if self.matcher_seconds > self.reading_seconds:
             buffers = self.memory_map.buffers
             remedy = "3 buffers, " if buffers == 2 and self.matcher_seconds <= self.camera.frame_seconds else ""
@@ -215,8 +226,9 @@ class Budget:
     def display_depth(self) -> int:
         """Words that each FIFO of the picture shown must hold for the monitor to miss nothing in the longest stall."""
         display = self.display
-        return self._depth(self._line_words_within(self.latency_clocks(self.timing.stall_clocks),
-                                                   display.h_total / display.pixel_clock_hz, display.pixel_clock_hz))
+        words = self._line_words_within(self.latency_clocks(self.timing.stall_clocks), display.h_total / display.pixel_clock_hz,
+                                        display.pixel_clock_hz)
+        return self._depth(self.DISPLAY_LINES * words)
 
     @property
     def matcher_depth(self) -> int:

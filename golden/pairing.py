@@ -5,8 +5,8 @@ old. The latest frames of both cameras are a pair if they began no more than ``w
 pictures of the pair before are finished, and a slot for new ones is free. Otherwise they wait.
 
 **Buffers.** A frame that begins gets the lowest buffer that is neither read nor holds the latest frame. If there is none it is skipped:
-giving up the latest frame for it would lose more pairs where a pair is read too slowly for double buffers (at 3/4 of a period 20 of 100,
-not 13).
+giving up the latest frame for it would lose more pairs where a pair is read too slowly for double buffers (in 3/4 of a period: 18 of 100,
+not 12).
 
 **Slots.** A shown picture has two planes, disparity and left grey, written side by side into a slot. It is complete when both are,
 abandoned if either is. The display locks a slot from one fetch to the next, and each fetch turns to the latest complete picture.

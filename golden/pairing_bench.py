@@ -67,8 +67,8 @@ def run(argv: Sequence[str] | None) -> None:
     clock_hz = round(clocks_ms * 1e3)
     window = int(WINDOW * round(period_ms * clocks_ms))
     drifts = Table(title=f"{options.hours:g} hours, {buffers} buffers, pairs read in {options.read_ms:g} ms",
-                   caption=f"window {window / clocks_ms:.3f} ms; greatest values; frames skipped and unpaired: left, right")
-    for column in ("ppm", "slower", "pairs", "shown", "apart, ms", "age, ms", "gap, ms", "skipped", "unpaired"):
+                   caption=f"ms: apart, age, gap, at most; window {window / clocks_ms:.3f} ms; frames: left, right")
+    for column in ("ppm", "slower", "pairs", "shown", "apart", "age", "gap", "skipped", "unpaired"):
         drifts.add_column(column, justify="right")
     reading = Table(title="Reading time over all phases of the cameras", caption="pairs lost: of the slower camera's frames")
     for column in ("period", "ms", "2 buffers: skipped", "pairs lost", "3 buffers: skipped", "pairs lost"):

@@ -11,7 +11,6 @@ import time
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from rich.console import Console
@@ -68,16 +67,18 @@ class Size:
                             setup_hz=SETUP_HZ)
 
 
-_CONFIG: dict[str, Any] = {"arithmetic": Arithmetic.LINEAR, "engine": Engine.STREAMING}
+def _matcher(disparities: int, width: int) -> MatcherConfig:
+    return MatcherConfig(disparities=disparities, max_width=width, arithmetic=Arithmetic.LINEAR, engine=Engine.STREAMING)
+
 
 #: By name. A monitor's frame takes half as long as a camera's or less, as the frame store wants it.
 SIZES = {
     "small": Size(
-        MatcherConfig(disparities=8, max_width=32, **_CONFIG),
+        _matcher(8, 32),
         CameraFormat(32, 12, blanking=8, before_top=2, after_top=1, before_bottom=2, after_bottom=1),
         DisplayFormat(40, range(44, 50), 80, 28, range(30, 32), 36, 65_000_000),
         MemoryTiming(row_clocks=2, turn_clocks=2)),
-    "full": Size(MatcherConfig(disparities=80, max_width=PAL.width, **_CONFIG), PAL, DISPLAYS["720x576"], MemoryTiming()),
+    "full": Size(_matcher(80, PAL.width), PAL, DISPLAYS["720x576"], MemoryTiming()),
 }
 
 
@@ -221,7 +222,8 @@ def _main(argv: Sequence[str] | None) -> int:
         return 0
 
     start = time.perf_counter()
-    expected = monitor_picture(match(*pair, size.config), pair[0], size.display, DisplayMode.DISPARITY, False, size.config.disparities)
+    labels = match(pair[0], pair[1], size.config)
+    expected = monitor_picture(labels, pair[0], size.display, DisplayMode.DISPARITY, False, size.config.disparities)
     try:
         report, picture = run_full(size, pair, folder)
     except SimulationError as error:

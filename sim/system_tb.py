@@ -6,6 +6,7 @@ import os
 from pathlib import Path
 
 import cocotb
+import numpy as np
 from cocotb.triggers import ClockCycles
 
 from golden.display import DisplayMode
@@ -51,14 +52,12 @@ async def pictures(dut):
     # The picture stands still.
     await rig.write("hold", 1)
     await rig.shows()
-    pair = rig.pair
+    still = rig.golden(rig.pair, rig.settings)
     rig.change()
-    moving, rig.pair = rig.pair, pair
-    for _ in range(3):
-        await rig.shows()
+    for _ in range(8):
+        await rig.frame()
+        assert np.array_equal(rig.monitor.pictures[-1], still)
     assert await rig.read("left_unpaired") > 0
-    rig.pair = moving
-    rig.change(scene=False)
     await rig.write("hold", 0)
     await rig.shows()
 

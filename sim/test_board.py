@@ -1,7 +1,11 @@
-"""The board's top level as emitted Verilog, with stand-ins for Altera's blocks and for the video system; see ``board_tb.py``."""
+"""The board's top level as emitted Verilog, with stand-ins for Altera's blocks and for the video system; see ``board_tb.py``.
+
+The real video system is only read here: ``system_tb.py`` runs it.
+"""
 
 import pytest
 
+from hdl.build import main
 from sim.models.board_core import board_project
 from sim.simulators import ROOT, SIMULATORS, STUBS, SimulationError, build, lint, run
 
@@ -25,6 +29,14 @@ def test_pins(verilog, tmp_path):
 @pytest.mark.parametrize("simulator", SIMULATORS)
 def test_lint(simulator, verilog):
     lint(simulator, [verilog, *STUBS], "stereo")
+
+
+@pytest.mark.parametrize("labels", [4, pytest.param(80, marks=pytest.mark.slow)])
+def test_lint_of_the_real_system(labels, tmp_path):
+    """As the build writes it: a project that its own checks find sound, and that both simulators take."""
+    assert main(["--board", "cyclone3", "--disparities", str(labels), "--output", str(tmp_path)]) == 0
+    for simulator in SIMULATORS:
+        lint(simulator, [tmp_path / "stereo.v", *STUBS], "stereo")
 
 
 @pytest.mark.parametrize("simulator", SIMULATORS)

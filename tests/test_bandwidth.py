@@ -27,19 +27,19 @@ def test_efficiency_by_hand():
 def test_demands_by_hand():
     budget = Budget()
     words = {demand.name: demand.words_per_second for demand in budget.demands}
-    # 45 words in each of 15,625 lines a second; 576 lines in 3/8 of 40 ms; 45 words in each of 31,250 lines a second.
+    # 45 words in each of 15,625 lines a second; 576 lines in 3/8 of 40 ms; 45 words of two lines in each of 31,250 lines a second.
     assert words["left camera, written"] == words["right camera, written"] == 703_125
     for name in ("disparity, written", "left picture shown, written", "left of the pair, read", "right of the pair, read"):
         assert words[name] == pytest.approx(45 * 576 / 0.015)
-    assert words["disparity shown, read"] == words["left picture shown, read"] == 1_406_250
+    assert words["disparity shown, read"] == words["left picture shown, read"] == 2_812_500
     assert len(words) == 8
-    assert budget.used == pytest.approx(2 * 703_125 + 4 * 1_728_000 + 2 * 1_406_250)
+    assert budget.used == pytest.approx(2 * 703_125 + 4 * 1_728_000 + 2 * 2_812_500)
     assert budget.demands[0].bytes_per_second == 11_250_000
     budget.check()
     # Three buffers: a whole frame's time.
     assert Budget(memory_map=MemoryMap(buffers=3)).reading_seconds == pytest.approx(0.040)
     # 1344 pixels of 65 MHz a line.
-    assert Budget(display=DISPLAYS["1024x768"]).demands[-1].words_per_second == pytest.approx(45 * 65e6 / 1344)
+    assert Budget(display=DISPLAYS["1024x768"]).demands[-1].words_per_second == pytest.approx(2 * 45 * 65e6 / 1344)
 
 
 def test_depths_by_hand():
@@ -51,9 +51,9 @@ def test_depths_by_hand():
     # 103.45 us: one line of 64 us, 45 words, and 39.45 us of the next one, 533 pixels of 13.5 MHz, 34 words.
     assert budget.camera_depth == 16 + 45 + 34 + 1
     # Three lines of 32 us, 135 words, and 7.45 us, 202 pixels of 27 MHz, 13 words.
-    assert budget.display_depth == 16 + 135 + 13 + 1
+    assert budget.display_depth == 16 + 2 * (135 + 13) + 1
     # Five lines of 20.68 us, and 0.07 us: 4 pixels.
-    assert Budget(display=DISPLAYS["1024x768"]).display_depth == 16 + 225 + 1 + 1
+    assert Budget(display=DISPLAYS["1024x768"]).display_depth == 16 + 2 * (225 + 1) + 1
     # 259 clocks, a word in 16.16 of them.
     assert budget.matcher_depth == 16 + 17 + 1
 
@@ -66,9 +66,14 @@ def test_depths_of_a_whole_line():
 
 def test_refuses_what_cannot_be_served():
     slow = Budget(timing=MemoryTiming(clock_hz=20_000_000), matcher_clocks=0.1)
-    with pytest.raises(UserError, match=r"^cameras, matcher and monitor ask for 11\.1 million words a second of memory, and it serves 8\.8 "
+    with pytest.raises(UserError, match=r"^cameras, matcher and monitor ask for 13\.9 million words a second of memory, and it serves 8\.8 "
                                         r"at 20 MHz: choose a smaller picture, a monitor of fewer pixels or a faster memory clock$"):
         slow.check()
+    # 720 pixels of two lines in each of 48,363 lines a second.
+    with pytest.raises(UserError, match=r"^the monitor asks for 69\.6 million pixels a second, and the frame store gives one a clock, of "
+                                        r"69 MHz: choose a slower monitor or a faster memory clock$"):
+        Budget(display=DISPLAYS["1024x768"], timing=MemoryTiming(clock_hz=69_000_000)).check()
+    Budget(display=DISPLAYS["1024x768"], timing=MemoryTiming(clock_hz=70_000_000)).check()
 
 
 def test_refuses_a_slow_matcher():
@@ -105,7 +110,7 @@ def test_table():
     rows = {line.strip("│ ").split("│")[0].strip(): line for line in text.splitlines() if "│" in line}
     assert {demand.name for demand in Budget().demands} < set(rows)
     assert [cell.strip() for cell in rows["left camera, written"].strip("│ ").split("│")[1:]] == ["11.2", "703,125", "1.9%"]
-    assert [cell.strip() for cell in rows["all"].strip("│ ").split("│")[1:]] == ["178.1", "11,130,750", "29.9%"]
+    assert [cell.strip() for cell in rows["all"].strip("│ ").split("│")[1:]] == ["223.1", "13,943,250", "37.5%"]
 
 
 def test_small_camera():

@@ -19,13 +19,15 @@ EVENTS = [name for name in INPUTS if name not in ("hold", "clear")]
 
 
 class Reference:
-    """What the gateware must show in each cycle, by the golden model; its counters are set back by ``clear`` and stop at 16 bits."""
+    """What the gateware must show in each cycle, by the golden model; its counters show an event 2 cycles later, are set back by
+    ``clear``, and stop at 16 bits.
+    """
 
     def __init__(self, buffers, window, life):
         self.rule = Pairing(buffers, window, life)
         self.now = 0
         self.started = None
-        self.cleared = [0] * len(BufferControl.COUNTERS)
+        self.shown = self.cleared = [0] * len(BufferControl.COUNTERS)
 
     def counts(self):
         left, right = self.rule.cameras
@@ -34,9 +36,9 @@ class Reference:
 
     def clock(self, names):
         """A cycle with these inputs high."""
-        counts = self.counts()
         if "clear" in names:
-            self.cleared = counts
+            self.cleared = self.shown
+        self.shown = self.counts()
         events = {name.removeprefix("reader.").removeprefix("display.") for name in names}
         self.started = self.rule.clock(self.now, events | {"hold" if "hold" in names else "release"})
         self.now += 1
@@ -51,7 +53,7 @@ class Reference:
         for plane in pictures.planes:
             accept = pictures.writing is not None and plane.value == "filling"
             values += [accept, pictures.writing if accept else None]
-        values += [min(count - cleared, 2**16 - 1) for count, cleared in zip(self.counts(), self.cleared)]
+        values += [min(count - cleared, 2**16 - 1) for count, cleared in zip(self.shown, self.cleared)]
         return values
 
 
@@ -278,7 +280,7 @@ def test_counters_stay_at_their_greatest(buffers, reading, fetch, idle):
                 ctx.set(attrgetter(name)(dut), name in names)
             reference.clock(names)
             await ctx.tick()
-            assert [ctx.get(counter) for counter in counters] == [min(2**16 - 3 + count, 2**16 - 1) for count in reference.counts()]
+            assert [ctx.get(counter) for counter in counters] == [min(2**16 - 3 + count, 2**16 - 1) for count in reference.shown]
         assert {name for name, count in zip(BufferControl.COUNTERS, reference.counts()) if count <= 2} == idle
 
     simulator = Simulator(dut)

@@ -237,7 +237,7 @@ class PictureReader(wiring.Component):
     port, fill, clear_fill
         As of :class:`PairReader`.
     """
-    def __init__(self, memory_map: MemoryMap, config: MatcherConfig, *, burst=16, depth=256):
+    def __init__(self, memory_map: MemoryMap, config: MatcherConfig, *, burst=16, depth=512):
         _check(memory_map, burst, depth)
         self.memory_map = memory_map
         self.burst = burst

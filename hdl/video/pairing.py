@@ -44,7 +44,7 @@ class BufferControl(wiring.Component):
     clear : In(1)
         Sets the counters to zero, or to one where they count in this cycle.
     pairs : Out(16)
-        Pairs started. This and the other counters stay at their greatest value.
+        Pairs started. This and the other counters stay at their greatest value, and show an event 2 cycles after it.
     left_skipped, right_skipped : Out(16)
         Frames for which no buffer was free.
     left_unpaired, right_unpaired : Out(16)
@@ -107,11 +107,14 @@ class BufferControl(wiring.Component):
         for camera, buffer in ((left, self.reader.left_buffer), (right, self.reader.right_buffer)):
             m.d.comb += [camera.take.eq(start), camera.locked.eq(reading & ~done), buffer.eq(camera.reading)]
 
-        counted = (start, left.skipped, right.skipped, left.unpaired, right.unpaired, slots.dropped, slots.abandoned)
-        for name, event in zip(self.COUNTERS, counted, strict=True):
+        # The counters come a cycle later: what they count is decided late in its own.
+        events = (start, left.skipped, right.skipped, left.unpaired, right.unpaired, slots.dropped, slots.abandoned)
+        for name, event in zip(self.COUNTERS, events, strict=True):
             counter = getattr(self, name)
+            counted = Signal(name=f"{name}_counted")
+            m.d.sync += counted.eq(event)
             with m.If(self.clear):
-                m.d.sync += counter.eq(event)
-            with m.Elif(event & ~counter.all()):
+                m.d.sync += counter.eq(counted)
+            with m.Elif(counted & ~counter.all()):
                 m.d.sync += counter.eq(counter + 1)
         return m

@@ -1,0 +1,79 @@
+# amaranth: UnusedElaboratable=no
+"""hdl.video.system: the fork of a pair, the sizes that follow from the parameters; ``sim/test_system.py`` runs the whole."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+from amaranth.hdl import Fragment
+from amaranth.sim import Simulator
+
+from golden.bandwidth import MemoryTiming
+from golden.config import Arithmetic, Engine, MatcherConfig
+from golden.errors import UserError
+from golden.formats import DISPLAYS, PAL
+from hdl.video.system import PairFork, StereoSystem
+from sim.streams import check_rules, receive, send
+
+
+DISPLAY = DISPLAYS["720x576"]
+SEQUENTIAL = MatcherConfig(disparities=6, arithmetic=Arithmetic.THESIS, engine=Engine.SEQUENTIAL)
+STREAMING = MatcherConfig(disparities=4, arithmetic=Arithmetic.LINEAR, engine=Engine.STREAMING)
+
+
+@pytest.mark.parametrize("stalls", [(0.0, 0.0, 0.0), (0.0, 0.7, 0.0), (0.0, 0.0, 0.7), (0.5, 0.5, 0.5), (0.8, 0.1, 0.1)])
+def test_fork(stalls):
+    """Each branch gets every pixel once, in order, whoever stalls; no pixel is taken before both have it."""
+    rng = np.random.default_rng(1)
+    flags = ("first", "last", "end")
+    words = [{"left": int(left), "right": int(right), **{flag: int(bit) for flag, bit in zip(flags, rng.integers(0, 2, 3))}}
+             for left, right in rng.integers(0, 256, (200, 2))]
+    dut = PairFork()
+    got = {}
+
+    async def source(ctx):
+        await send(ctx, dut.i, words, rng=np.random.default_rng(2), stall=stalls[0])
+
+    def sink(name, stall, seed):
+        async def testbench(ctx):
+            got[name] = await receive(ctx, getattr(dut, name), len(words), rng=np.random.default_rng(seed), stall=stall)
+        return testbench
+
+    simulator = Simulator(dut)
+    simulator.add_clock(1e-6)
+    simulator.add_testbench(source)
+    for number, name in enumerate(("matcher", "left")):
+        simulator.add_testbench(sink(name, stalls[1 + number], 3 + number))
+        simulator.add_testbench(check_rules(getattr(dut, name), [], name=name), background=True)
+    simulator.run()
+    for name, fields in (("matcher", {"left": "left", "right": "right"}), ("left", {"value": "left"})):
+        assert [{field: int(word[field]) for field in (*fields, *flags)} for word in got[name]] == [
+            {**{field: word[of] for field, of in fields.items()}, **{flag: word[flag] for flag in flags}} for word in words]
+
+
+def system(*args, **options):
+    component = StereoSystem(*args, **options)
+    Fragment.get(component, None)   # Amaranth complains of components that are not used
+    return component
+
+
+def test_sizes_follow_from_the_parameters():
+    fast, slow = system(STREAMING, DISPLAY), system(SEQUENTIAL, DISPLAY)
+    assert (fast.memory_map.buffers, slow.memory_map.buffers) == (2, 3)
+    assert fast.depths == {"left_camera": fast.budget.camera_depth, "right_camera": fast.budget.camera_depth,
+                           "pair": fast.budget.matcher_depth, "picture": fast.budget.matcher_depth, "display": fast.budget.display_depth}
+    assert fast.control.window_clocks == 5 / 8 * 75_000_000 / 25
+    assert fast.serial.register_file.timeout == 750_000
+    quick = system(STREAMING, DISPLAY, baud=75_000_000 // 16, setup_hz=500_000)
+    assert quick.serial.register_file.timeout == 16 * 1152
+    assert (quick.setup_hz, quick.setups["decoder"].clock_hz) == (500_000, 500_000)
+
+
+def test_what_cannot_be():
+    with pytest.raises(ValueError, match="lines of 640 pixels, and the cameras send 720: choose the same width"):
+        StereoSystem(dataclasses.replace(STREAMING, max_width=640), DISPLAY)
+    # Too slow for double buffers, but not for triple ones; too slow for any number of them.
+    budget = system(SEQUENTIAL, DISPLAY, timing=MemoryTiming(clock_hz=60_000_000)).budget
+    assert 3 / 8 * PAL.frame_seconds < budget.matcher_seconds < PAL.frame_seconds
+    with pytest.raises(UserError, match=r"with 3 buffers it has 40\.0 ms: choose"):
+        StereoSystem(SEQUENTIAL, DISPLAY, timing=MemoryTiming(clock_hz=50_000_000))
