@@ -181,8 +181,8 @@ class Budget:
                             f"{self.available / 1e6:.1f} at {self.timing.clock_hz / 1e6:g} MHz: choose a smaller picture, a monitor of "
                             "fewer pixels or a faster memory clock")
         if self.display_pixels > self.timing.clock_hz:
-            raise UserError(f"the monitor asks for {self.display_pixels / 1e6:.1f} million pixels a second, and the frame store gives one a "
-                            f"clock, of {self.timing.clock_hz / 1e6:g} MHz: choose a slower monitor or a faster memory clock")
+            raise UserError(f"the monitor asks for {self.display_pixels / 1e6:.1f} million pixels a second, and the frame store gives one "
+                            f"a clock, of {self.timing.clock_hz / 1e6:g} MHz: choose a slower monitor or a faster memory clock")
         if self.matcher_seconds > self.reading_seconds:
             buffers = self.memory_map.buffers
             remedy = "3 buffers, " if buffers == 2 and self.matcher_seconds <= self.camera.frame_seconds else ""

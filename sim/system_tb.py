@@ -116,6 +116,8 @@ async def faults(dut):
         recovered = rig.monitor.frames - before
         count = await rig.read(fault.counter)
         assert count > 0, f"{name}: {fault.counter} has not counted"
+        if fault.counter.endswith(("_dropped", "_underflows")):
+            assert int(dut.leds.value) >> 7 == 1
         if fault.kept:
             assert [await rig.read(f"{side}_dropped") for side in SIDES] == [0, 0]
         assert rig.cut - cut <= await rig.read("display_underflows")
@@ -125,4 +127,14 @@ async def faults(dut):
         await rig.until_reads(name, 1)
     assert rig.decoder.is_set_up(0) and rig.decoder.is_set_up(1) and rig.transmitter.is_set_up()
     assert await rig.read("matcher_error") == 0
+
+    # A camera that only the decoder misses; then the host has the chips set up again.
+    rig.decoder.decoders[1].lock = 0
+    await rig.until_reads("right_locked", 0)
+    assert await rig.read("left_locked") == 1 and int(dut.leds.value) >> 2 & 3 == 0b01
+    writes = len(rig.decoder.writes)
+    await rig.write("restart_setup", 1)
+    await rig.until_reads("decoder_state", 0)
+    await rig.until_reads("decoder_state", 1)
+    assert [write for write in rig.decoder.writes[writes:] if write == (0x7F, 0x00)] == 6 * [(0x7F, 0x00)]
     Path(os.environ["REPORT"]).write_text(json.dumps(told))
