@@ -158,7 +158,7 @@ def _print_full(size: Size, report, mismatches) -> None:
     table.add_column("value", justify="right")
     for name, value in (
             ("mismatching pixels at the monitor", f"{mismatches}"),
-            ("clocks, pair's first word read to picture's last word written", f"{clocks:,}"),
+            ("clocks, pair's first word to picture's last", f"{clocks:,}"),
             ("clocks per pixel", f"{clocks / (size.camera.width * size.camera.height):.3f}"),
             (f"frames/s at {CLOCK_HZ / 1e6:g} MHz", f"{rate:.1f}"),
             (f"margin over {1 / size.camera.frame_seconds:.0f} frames/s", f"{rate * size.camera.frame_seconds:.1f} times"),
@@ -184,8 +184,8 @@ def _print_frames(system: StereoSystem, told) -> None:
 
 
 def _print_faults(told) -> None:
-    table = Table()
-    for column in ("fault", "counter", "count", "monitor's frames until exact"):
+    table = Table(caption="frames: the monitor's, from the fault's beginning to the second exact picture", caption_justify="left")
+    for column in ("fault", "counter", "count", "frames"):
         table.add_column(column, justify="left" if column in ("fault", "counter") else "right")
     for entry in told:
         table.add_row(*(str(entry[key]) for key in ("fault", "counter", "count", "frames")))
