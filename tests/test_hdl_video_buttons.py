@@ -1,3 +1,4 @@
+# amaranth: UnusedElaboratable=no
 """hdl.video.buttons: told once for each time that it is pressed, however it bounces."""
 
 import numpy as np
