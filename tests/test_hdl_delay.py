@@ -5,6 +5,7 @@ import pytest
 from amaranth import *
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
+from amaranth.sim import Simulator
 
 from hdl.delay import Delay, StreamRegister, multiply
 from sim.clocked import run_clocked
@@ -19,6 +20,30 @@ def test_delay(clocks, clean):
     assert out[clocks:] == words[:len(words) - clocks]
     if clean:
         assert out[:clocks] == [0] * clocks
+
+
+@pytest.mark.parametrize("clocks", [1, 4, 5, 6, 9, 31])
+def test_clean_after_reset(clocks):
+    """What a memory still holds from before a reset does not come out after it."""
+    reset = Signal()
+    delay = Delay(8, clocks, clean=True)
+
+    async def testbench(ctx):
+        ctx.set(delay.i, 0xFF)
+        await ctx.tick().repeat(2 * clocks + 2)
+        assert ctx.get(delay.o) == 0xFF
+        ctx.set(reset, 1)
+        await ctx.tick()
+        ctx.set(reset, 0)
+        for word in range(1, clocks + 2):
+            ctx.set(delay.i, word)
+            assert ctx.get(delay.o) == max(0, word - clocks)
+            await ctx.tick()
+
+    simulator = Simulator(ResetInserter(reset)(delay))
+    simulator.add_clock(1e-6)
+    simulator.add_testbench(testbench)
+    simulator.run()
 
 
 def test_bad_delay():

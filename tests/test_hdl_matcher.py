@@ -225,6 +225,20 @@ def test_reset_in_mid_frame(cut):
     assert not any(errors)
 
 
+@pytest.mark.parametrize("config", ENGINES, ids=lambda config: f"{config.engine}-{config.arithmetic}")
+def test_more_labels_in_use_than_there_are(config):
+    """As many as there are, whatever of the number the labels' own bits would hold."""
+    left, right, _ = scene(14, 5, 6, seed=1)
+    dut = Matcher(config)
+
+    async def script(ctx, send_words, given):
+        await set_parameters(ctx, dut, config.weights, 256)
+        await send_words(pixel_words(left, right))
+
+    given, _ = run_script(dut, script, left.size)
+    assert given == golden_words(left, right, config)
+
+
 @pytest.mark.parametrize("config, message", [
     (MatcherConfig(arithmetic=Arithmetic.FLOAT), "the arithmetic float has no gateware; choose thesis or linear"),
     (MatcherConfig(arithmetic=Arithmetic.LINEAR, cost=Cost.FUSED), "cost thesis and the minimum disparity 0, not fused and 0"),
