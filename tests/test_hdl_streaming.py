@@ -4,14 +4,13 @@
 import numpy as np
 import pytest
 from amaranth import *
-from amaranth.sim import Simulator
 
 from golden.config import Arithmetic, Engine, MatcherConfig
 from golden.labelling import match
 from golden.scenes import discriminates, scene
 from hdl.matcher import Matcher
 from sim.cases import comparable, noise, pixel_words
-from sim.streams import receive, run_stream, send
+from sim.streams import run_stream
 
 from .test_hdl_lines import MAX_WIDTH, RAGGED, repaired
 from .test_hdl_matcher import golden_words, run_script
@@ -51,31 +50,6 @@ def test_long_stalls():
     pairs = [scene(30, 4, 13, seed=6)[:2], noise(30, 3, seed=7)]
     out = run_stream(Matcher(config), [word for pair in pairs for word in pixel_words(*pair)], rng=np.random.default_rng(2), stall_o=0.95)
     assert [comparable(word) for word in out] == [word for pair in pairs for word in golden_words(*pair, config)]
-
-
-@pytest.mark.parametrize("taken", [45, 50, 55, 60])
-def test_narrow_behind_wide(taken):
-    """A narrow frame queued up hard behind a wide one: its second line waits for its first, not for what the wide one's width allows."""
-    config = config_of(6, 50)
-    pairs = [noise(50, 2, seed=8), noise(2, 5, seed=9), noise(50, 2, seed=10)]
-    words = [word for pair in pairs for word in pixel_words(*pair)]
-    dut = Matcher(config)
-    given = []
-
-    async def source(ctx):
-        await send(ctx, dut.i, words, rng=np.random.default_rng(1))
-
-    async def sink(ctx):
-        given.extend(await receive(ctx, dut.o, taken, rng=np.random.default_rng(2)))
-        await ctx.tick().repeat(200)  # the wide frame's end and all of the narrow one wait in the queue
-        given.extend(await receive(ctx, dut.o, len(words) - taken, rng=np.random.default_rng(3)))
-
-    simulator = Simulator(dut)
-    simulator.add_clock(1e-6)
-    simulator.add_testbench(source)
-    simulator.add_testbench(sink)
-    simulator.run()
-    assert [comparable(word) for word in given] == [word for pair in pairs for word in golden_words(*pair, config)]
 
 
 @pytest.mark.parametrize("labels, width", [(6, 60), (13, 100)])
