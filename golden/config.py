@@ -300,10 +300,24 @@ class MatcherConfig:
         return per_label * (self.disparities - 1)
 
     @property
+    def data_max(self) -> int:
+        """Largest data term of a label, before it is shifted into the energy: a matching cost, or a support sum."""
+        return self.fused.sum_max if self.cost is Cost.FUSED else self.cost_outside
+
+    @property
+    def data_bits(self) -> int:
+        """Bits of a data term."""
+        return self.data_max.bit_length()
+
+    @property
+    def disparity_scale(self) -> int:
+        """Units of a disparity a pixel: 8 with sub-pixel disparities, three fraction bits."""
+        return 8 if self.cost is Cost.FUSED and self.refinement.sub_pixel else 1
+
+    @property
     def energy_max(self):
         """Largest energy that the rule compares."""
-        data = self.fused.sum_max if self.cost is Cost.FUSED else self.cost_outside
-        return (data << self.energy_shift) + 3 * self.smooth_max
+        return (self.data_max << self.energy_shift) + 3 * self.smooth_max
 
     @property
     def energy_bits(self) -> int:

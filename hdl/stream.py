@@ -2,10 +2,12 @@
 
 from amaranth.lib import data
 
-from golden.config import PIXEL_BITS, MatcherConfig
+from golden.confidence import CONFIDENCE_BITS
+from golden.config import PIXEL_BITS, Cost, MatcherConfig
 
 
-__all__ = ["FLAGS", "BecWord", "Column", "ColumnWord", "DisparityWord", "Least", "PixelPair", "copy_flags"]
+__all__ = ["FLAGS", "BecWord", "CensusWord", "Column", "ColumnWord", "DisparityWord", "LabelWord", "Least", "PixelPair", "copy_flags",
+           "line_names"]
 
 
 #: ``first``: first word of its frame; ``last``: last of its line; ``end``: last of its frame (then ``last`` is set too).
@@ -18,16 +20,33 @@ class PixelPair(data.StructLayout):
         super().__init__({"left": PIXEL_BITS, "right": PIXEL_BITS, **FLAGS})
 
 
+def line_names(rows):
+    """Names of the lines of a column from top to bottom: ``"minus2", "minus", "line", "plus", "plus2"`` for five."""
+    reach = rows // 2
+    above = [f"minus{n}" for n in range(reach, 1, -1)]
+    return [*above, "minus", "line", "plus", *(name.replace("minus", "plus") for name in reversed(above))] if reach else ["line"]
+
+
 class Column(data.StructLayout):
-    """Pixels of three lines at the same ``x``, in grey levels: ``minus`` of line ``y-1``, ``line`` of ``y``, ``plus`` of ``y+1``."""
-    def __init__(self):
-        super().__init__({"minus": PIXEL_BITS, "line": PIXEL_BITS, "plus": PIXEL_BITS})
+    """Pixels of neighbouring lines at the same ``x``, in grey levels: ``minus`` of line ``y-1``, ``line`` of ``y``, ``plus`` of ``y+1``.
+
+    More than three lines go on with ``minus2`` of ``y-2`` and ``plus2`` of ``y+2``; the topmost comes first.
+    """
+    def __init__(self, rows=3):
+        super().__init__(dict.fromkeys(line_names(rows), PIXEL_BITS))
 
 
 class ColumnWord(data.StructLayout):
     """The columns of both pictures at one ``x``; ``below``: the line below the picture, whose ``minus`` alone is a pixel of it."""
-    def __init__(self):
-        super().__init__({"left": Column(), "right": Column(), "below": 1, **FLAGS})
+    def __init__(self, rows=3):
+        super().__init__({"left": Column(rows), "right": Column(rows), "below": 1, **FLAGS})
+
+
+class CensusWord(data.StructLayout):
+    """A column of three lines, as :class:`ColumnWord`, and the census of both pictures at its middle pixel (not of the line below)."""
+    def __init__(self, config: MatcherConfig):
+        bits = config.fused.neighbours
+        super().__init__({"left": Column(), "right": Column(), "left_census": bits, "right_census": bits, "below": 1, **FLAGS})
 
 
 class BecWord(data.StructLayout):
@@ -42,10 +61,28 @@ class BecWord(data.StructLayout):
         })
 
 
-class DisparityWord(data.StructLayout):
-    """A disparity, in pixels."""
+class LabelWord(data.StructLayout):
+    """A label on its way through the refinement, whether it passed the check, and the bit length of the support's size ``n``.
+
+    ``label`` is in units of ``1 / config.disparity_scale`` pixel.
+    """
     def __init__(self, config: MatcherConfig):
-        super().__init__({"disparity": range(config.disparities), **FLAGS})
+        super().__init__({
+            "label": range(config.disparities * config.disparity_scale),
+            "passed": 1,
+            "size": range(config.fused.support_max.bit_length() + 1),
+            **FLAGS,
+        })
+
+
+class DisparityWord(data.StructLayout):
+    """A disparity, in units of ``1 / config.disparity_scale`` pixel; of the cost ``FUSED`` whether it passed, and confidence ``0..15``."""
+    def __init__(self, config: MatcherConfig):
+        if config.cost is Cost.FUSED:
+            greatest = (config.disparities - 1 + config.MINIMUMS[-1] + 1) * config.disparity_scale - 1
+            super().__init__({"disparity": range(greatest + 1), "passed": 1, "confidence": CONFIDENCE_BITS, **FLAGS})
+        else:
+            super().__init__({"disparity": range(config.disparities), **FLAGS})
 
 
 class Least(data.StructLayout):
