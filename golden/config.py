@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 
-__all__ = ["Arithmetic", "Cost", "Engine", "FUSED_1", "FusedParameters", "IN_USE_BITS", "MatcherConfig", "PIXEL_BITS", "PIXEL_MAX",
-           "Refinement", "WEIGHT_BITS", "WEIGHT_MAX"]
+__all__ = ["Arithmetic", "Cost", "Engine", "FUSED_1", "FusedParameters", "IN_USE_BITS", "MINIMUM_BITS", "MatcherConfig", "PIXEL_BITS",
+           "PIXEL_MAX", "Refinement", "WEIGHT_BITS", "WEIGHT_MAX"]
 
 
 PIXEL_BITS = 8
@@ -19,6 +19,9 @@ WEIGHT_MAX = 2**WEIGHT_BITS - 1
 
 # Labels in use: up to 256.
 IN_USE_BITS = 9
+
+# Least disparity: up to 255.
+MINIMUM_BITS = 8
 
 
 def _check(parameters: object, limits: Mapping[str, range]) -> None:
@@ -221,7 +224,7 @@ class MatcherConfig:
     SEQUENTIAL_DISPARITIES = range(2, 129)
     FRACTION_BITS = range(0, 5)
     WIDTHS = range(1, 4097)
-    MINIMUMS = range(256)
+    MINIMUMS = range(2**MINIMUM_BITS)
 
     def __post_init__(self):
         weight = range(WEIGHT_MAX + 1)

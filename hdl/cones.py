@@ -4,7 +4,7 @@ from amaranth import *
 from amaranth.lib import data, wiring
 from amaranth.lib.wiring import In, Out
 
-from golden.config import PIXEL_BITS, WEIGHT_BITS, MatcherConfig
+from golden.config import PIXEL_BITS, WEIGHT_BITS, Cost, MatcherConfig
 
 from .delay import Delay, add_with_carry, data_register, multiply
 from .label_array import DownWave, UpWave, chosen_step
@@ -14,18 +14,24 @@ __all__ = ["Cones", "Neighbours"]
 
 
 class Neighbours(data.StructLayout):
-    """A pixel and its neighbours: grey levels, whether they are inside the picture, and the labels of the upper and the lower one."""
+    """A pixel and its neighbours: grey levels, whether they are inside the picture, and the labels of the upper and the lower one.
+
+    ``n``: pixels of its support, cost ``FUSED`` only.
+    """
     def __init__(self, config: MatcherConfig):
+        size = {"n": range(config.fused.support_max + 1)} if config.cost is Cost.FUSED else {}
         super().__init__({
             "pixel": PIXEL_BITS,
             "left": PIXEL_BITS, "upper": PIXEL_BITS, "lower": PIXEL_BITS,
             "has_left": 1, "has_upper": 1, "has_lower": 1,
-            "upper_label": range(config.disparities), "lower_label": range(config.disparities),
+            "upper_label": range(config.disparities), "lower_label": range(config.disparities), **size,
         })
 
 
 class Cones(wiring.Component):
     """Slopes ``w = (2*u*(256 - dI) << q) >> 8`` (floor) of the three smoothness terms, and the waves that carry them along the labels.
+
+    With the cost ``FUSED`` they are ``n * ((u*(256 - dI)) >> 8)``.
 
     ``up`` starts the cones ``w2*|d - f_up| + w3*|d - b_low| - w1*d`` at label 0, ``down`` the ramp ``2*w1*d`` at label ``D - 1``. The
     golden models are :func:`golden.smooth.slope` and :func:`golden.smooth.cones`. A neighbour outside the picture has slope 0.
@@ -53,9 +59,16 @@ class Cones(wiring.Component):
 
     @staticmethod
     def latency_of(config: MatcherConfig):
-        """Cycles from neighbours to waves: difference, likeness, product, slope, product, sums, steps, the first step."""
+        """Cycles from neighbours to waves: slope, product, sums, steps, the first step."""
         label_bits = (config.disparities - 1).bit_length()
-        return 2 + (WEIGHT_BITS - 1).bit_length() + 1 + max((label_bits - 1).bit_length(), 1) + 3
+        return Cones.slope_latency_of(config) + max((label_bits - 1).bit_length(), 1) + 3
+
+    @staticmethod
+    def slope_latency_of(config: MatcherConfig):
+        """Cycles from neighbours to slopes: difference, likeness, product, slope, and the product with ``n``."""
+        size_bits = config.fused.support_max.bit_length()
+        times_n = max((size_bits - 1).bit_length(), 1) if config.cost is Cost.FUSED else 0
+        return 2 + (WEIGHT_BITS - 1).bit_length() + 1 + times_n
 
     def elaborate(self, platform):
         m = Module()
@@ -64,6 +77,11 @@ class Cones(wiring.Component):
         slope_shape = range(config.slope_max + 1)
 
         # Likeness 256 - |dI|, 0 without a neighbour; slope.
+        fused = config.cost is Cost.FUSED
+        if fused:
+            size_bits = len(self.i.n)
+            m.submodules.size = size = Delay(size_bits, 2 + (WEIGHT_BITS - 1).bit_length() + 1)
+            m.d.comb += size.i.eq(self.i.n)
         slopes = []
         m.submodules.weights_delay = weights = Delay(self.weights.shape(), 2)
         m.d.comb += weights.i.eq(self.weights)
@@ -77,15 +95,20 @@ class Cones(wiring.Component):
             positive = ~difference[-1]
             complement = difference ^ positive.replicate(PIXEL_BITS + 1)
             m.d.sync += likeness.eq(Mux(present, add_with_carry(complement, Const(256, PIXEL_BITS + 1), positive)[:PIXEL_BITS + 1], 0))
-            product, product_latency = multiply(m, f"product_{name}", likeness, weight)
-            slope = Signal(slope_shape, name=name, reset_less=True)
-            m.d.sync += slope.eq((product << config.fraction_bits + 1) >> 8)
+            product, _ = multiply(m, f"product_{name}", likeness, weight)
+            if fused:
+                each = Signal(WEIGHT_BITS, name=f"{name}_each", reset_less=True)
+                m.d.sync += each.eq(product >> 8)
+                slope = multiply(m, name, each, size.o)[0][:config.slope_max.bit_length()]
+            else:
+                slope = Signal(slope_shape, name=name, reset_less=True)
+                m.d.sync += slope.eq((product << config.fraction_bits + 1) >> 8)
             slopes.append(slope)
         w1, w2, w3 = slopes
 
         # Above the first line there is none: its cone is flat, but no unwritten word may decide where its vertex is.
         vertices = data.StructLayout({"upper": range(labels), "lower": range(labels)})
-        m.submodules.vertices = at_slopes = Delay(vertices, 2 + product_latency + 1)
+        m.submodules.vertices = at_slopes = Delay(vertices, self.slope_latency_of(config))
         m.d.comb += [at_slopes.i.upper.eq(Mux(self.i.has_upper, self.i.upper_label, 0)), at_slopes.i.lower.eq(self.i.lower_label)]
 
         # The cones at label 0.
@@ -133,5 +156,5 @@ class Cones(wiring.Component):
         ramp, ramp_latency = multiply(m, "ramp", w1, Const(2 * (labels - 1)))
         m.submodules.ramp = at_top = Delay(self.down.ramp.shape(), cone_latency + 3 - ramp_latency)
         m.d.comb += [at_top.i.eq(ramp), self.down.ramp.eq(at_top.o)]
-        assert 2 + product_latency + 1 + cone_latency + 3 == self.latency_of(config)
+        assert self.slope_latency_of(config) + cone_latency + 3 == self.latency_of(config)
         return m

@@ -45,13 +45,14 @@ def chosen_step(wave, below_low, below_high):
 
 def up_values(config: MatcherConfig):
     """Range of an energy on the way up: matching cost and cones, less ``w1 * d``."""
-    return range(-config.smooth_max, (config.cost_outside << config.energy_shift) + 2 * config.smooth_max + 1)
+    return range(-config.smooth_max, (config.data_max << config.energy_shift) + 2 * config.smooth_max + 1)
 
 
 class UpCell(wiring.Component):
     """One label of the upward pass, ``F(d) = min(A(d), F(d-1) + w1)``; takes the label below on a tie.
 
-    ``A(d) = (E << q) + w2*|d - f_up| + w3*|d - b_low|``. All is kept less ``w1 * d``: the recursion is then a comparison and a choice,
+    ``A(d) = (E << q) + w2*|d - f_up| + w3*|d - b_low|``, with the cost ``FUSED`` the sum ``S`` in place of ``E``.
+    All is kept less ``w1 * d``: the recursion is then a comparison and a choice,
     ``G(d) = min(A(d) - w1*d, G(d-1))``.
 
     Width: exact, :func:`up_values`.
@@ -61,8 +62,8 @@ class UpCell(wiring.Component):
     Members
     -------
     i : In(UpWave(config)), o : Out(UpWave(config))
-    cost : In(cost_bits)
-        Complement of ``E``, in the cycle of ``i``.
+    cost : In(data_bits)
+        Complement of the data term, ``E`` or ``S``, in the cycle of ``i``.
     least_i, least_o : Least(up_values(config), D)
     """
     LATENCY = 2
@@ -73,7 +74,7 @@ class UpCell(wiring.Component):
         least = Least(up_values(config), config.disparities)
         super().__init__({
             "i": In(UpWave(config)), "o": Out(UpWave(config)),
-            "cost": In(config.cost_bits),
+            "cost": In(config.data_bits),
             "least_i": In(least), "least_o": Out(least),
         })
 
@@ -173,7 +174,7 @@ class LabelArray(wiring.Component):
     up : In(UpWave(config))
     down : In(DownWave(config))
         In the cycle of ``up``, at label ``D - 1``.
-    cost : In(ArrayLayout(cost_bits, D))
+    cost : In(ArrayLayout(data_bits, D))
         Complements; label ``d`` is read ``d`` cycles after ``up``.
     transition : Out(ArrayLayout(range(D), D))
     """
@@ -186,7 +187,7 @@ class LabelArray(wiring.Component):
         super().__init__({
             "up": In(UpWave(config)),
             "down": In(DownWave(config)),
-            "cost": In(data.ArrayLayout(config.cost_bits, labels)),
+            "cost": In(data.ArrayLayout(config.data_bits, labels)),
             "transition": Out(data.ArrayLayout(range(labels), labels)),
         })
 

@@ -6,110 +6,19 @@ from amaranth.lib.fifo import SyncFIFOBuffered
 from amaranth.lib.memory import Memory
 from amaranth.lib.wiring import In, Out
 
-from golden.config import IN_USE_BITS, PIXEL_BITS, WEIGHT_BITS, MatcherConfig
+from golden.config import IN_USE_BITS, MINIMUM_BITS, PIXEL_BITS, WEIGHT_BITS, Cost, MatcherConfig
 
-from .bec_array import BecArray, BecWave
+from .bec_array import BecArray, Queued, groups_of
 from .cones import Cones, Neighbours
-from .delay import Delay, StreamRegister, data_register
+from .delay import Delay, StreamRegister
+from .fused_array import FusedArray
 from .label_array import LabelArray
-from .stream import FLAGS, ColumnWord, DisparityWord, copy_flags
+from .right_view import LeftRightCheck
+from .stream import FLAGS, CensusWord, ColumnWord, DisparityWord, LabelWord, copy_flags
+from .waves import WaveSource
 
 
-__all__ = ["StreamingEngine", "WaveSource"]
-
-
-class Pixel(data.StructLayout):
-    """What the engine must know of a pixel beside its costs: grey levels of it and of the pixel below it, which neighbours exist."""
-    def __init__(self):
-        super().__init__({"pixel": PIXEL_BITS, "lower": PIXEL_BITS, "has_upper": 1, "has_lower": 1, **FLAGS})
-
-
-class WaveSource(wiring.Component):
-    """Turns lines of columns into waves for the BEC array: one before each line, its columns, one past it; edges repeat.
-
-    The wave of column ``x`` completes pixel ``x - 1``. For it goes out, in the same cycle, what concerns BEC (``store``: its costs go to
-    memory) and what concerns the labelling: the pixel above it (``pixel_valid``), which has now all it needs.
-
-    Timing: ``W + 2`` waves a line, one a cycle while ``go`` and columns come.
-
-    Members
-    -------
-    i : In(stream.Signature(ColumnWord()))
-    go : In(1)
-    in_use : In(IN_USE_BITS)
-        Labels in use; sampled before the first column of a frame.
-    wave : Out(BecWave(config))
-    store : Out(1)
-    pixel : Out(Pixel()), pixel_valid : Out(1)
-    """
-    def __init__(self, config: MatcherConfig):
-        self.config = config
-        super().__init__({
-            "i": In(stream.Signature(ColumnWord())),
-            "go": In(1),
-            "in_use": In(IN_USE_BITS),
-            "wave": Out(BecWave(config)),
-            "store": Out(1),
-            "pixel": Out(Pixel()),
-            "pixel_valid": Out(1),
-        })
-
-    def elaborate(self, platform):
-        m = Module()
-        before    = Signal(ColumnWord(), reset_less=True)  # the column whose pixel the next wave completes
-        line_zero = Signal()                               # BEC's line: 0 has none above it to label,
-        line_one  = Signal()                               # what 1 lets label has no upper neighbour
-        issue = Signal()
-        pre   = Signal()
-        emit  = Signal()
-        now   = Signal(ColumnWord())
-        in_use = data_register(m, self.wave.in_use, "wave_in_use")
-        m.d.comb += now.eq(self.i.p)
-
-        with m.FSM():
-            with m.State("before"):
-                m.d.comb += [pre.eq(1), issue.eq(self.i.valid & self.go)]
-                with m.If(issue):
-                    m.d.sync += [line_zero.eq(self.i.p.first), line_one.eq(line_zero)]
-                    with m.If(self.i.p.first):
-                        labels = self.config.disparities
-                        m.d.sync += in_use.eq(Mux(self.in_use > labels, labels, self.in_use))
-                    m.next = "first column"
-            with m.State("first column"):
-                m.d.comb += [issue.eq(self.i.valid & self.go), self.i.ready.eq(self.go)]
-                with m.If(issue):
-                    m.d.sync += before.eq(now)
-                    m.next = "columns"
-                    with m.If(now.last):
-                        m.next = "past"
-            with m.State("columns"):
-                m.d.comb += [issue.eq(self.i.valid & self.go), self.i.ready.eq(self.go), emit.eq(1)]
-                with m.If(issue):
-                    m.d.sync += before.eq(now)
-                    with m.If(now.last):
-                        m.next = "past"
-            with m.State("past"):
-                m.d.comb += [now.eq(before), issue.eq(self.go), emit.eq(1)]
-                with m.If(issue):
-                    m.next = "before"
-
-        first = Signal(init=1)  # the next pixel to be labelled is the first of its frame
-        m.d.sync += [data_register(m, self.wave[field], f"wave_{field}").eq(value) for field, value in (
-            ("pre", pre), ("inside", ~pre), ("left", now.left), ("right", now.right))]
-        pixel = data_register(m, self.pixel)
-        m.d.sync += [
-            self.wave.valid.eq(issue),
-            self.store.eq(issue & emit & ~before.below),
-            self.pixel_valid.eq(issue & emit & ~line_zero),
-        ]
-        with m.If(issue & emit & ~line_zero):
-            m.d.sync += [
-                first.eq(before.end),
-                pixel.pixel.eq(before.left.minus), pixel.lower.eq(before.left.line),
-                pixel.has_upper.eq(~line_one), pixel.has_lower.eq(~before.below),
-                pixel.first.eq(first), pixel.last.eq(before.last), pixel.end.eq(before.end),
-            ]
-        return m
+__all__ = ["StreamingEngine"]
 
 
 class StreamingEngine(wiring.Component):
@@ -129,36 +38,45 @@ class StreamingEngine(wiring.Component):
 
     Members
     -------
-    i : In(stream.Signature(ColumnWord()))
+    i : In(stream.Signature(ColumnWord())), or of CensusWord(config) with the cost ``FUSED``
         With the line below, see :class:`hdl.lines.LineStore`.
-    o : Out(stream.Signature(DisparityWord(config)))
+    o : Out(stream.Signature(DisparityWord(config))), or of LabelWord(config) with the cost ``FUSED``
     u1, u2, u3 : In(WEIGHT_BITS)
         Weights; sampled with the first pixel of a frame that is admitted.
     in_use : In(IN_USE_BITS)
         Labels in use; sampled as the first column of a frame comes.
+    minimum : In(MINIMUM_BITS)
+        Least disparity, pixels, by which the right picture is delayed; cost ``FUSED`` only, sampled likewise.
+    check : In(1)
+        Left-right check; without it every pixel passes. Cost ``FUSED`` only, sampled with the first pixel of a frame that is admitted.
     """
     clocks_per_pixel = 1
 
     def __init__(self, config: MatcherConfig):
         self.config = config
-        # Pixels between BEC's entry and the labelling's: BEC's depth, and what the queue's own registers hold up.
+        self.fused = config.cost is Cost.FUSED
+        costs = FusedArray if self.fused else BecArray
         self.source = WaveSource(config)
         self.array = LabelArray(config)
+        # Pixels between the entry of the array of costs and the labelling's: its depth, and what the queue's own registers hold up.
         # (These depths carry the rate. Too small a one would cost clocks, never a wrong disparity.)
-        self.queue_depth = BecArray.latency_of(config) + 13
+        self.queue_depth = costs.latency_of(config) + costs.lag_of(config) + 13
         # A cost is overwritten one line, and all that may be queued, after it was stored. Reading lags by the admission's pipeline, and in
         # the top group by a cycle for each label below it; storing lags by a cycle for each group below it.
-        *below, top = BecArray.groups_of(config)
+        *below, top = groups_of(config)
         lag = self.admission_latency + top[0] - len(below)
-        self.bec = BecArray(config, config.max_width + self.queue_depth + lag)
-        self.output_depth = self.admission_latency + self.array.latency + 9
+        self.costs = costs(config, config.max_width + self.queue_depth + lag)
+        self.check_latency = LeftRightCheck.LATENCY if self.fused else 0
+        self.output_depth = self.admission_latency + self.array.latency + self.check_latency + 9
+        more = {"minimum": In(MINIMUM_BITS), "check": In(1)} if self.fused else {}
         super().__init__({
-            "i": In(stream.Signature(ColumnWord())),
-            "o": Out(stream.Signature(DisparityWord(config))),
+            "i": In(stream.Signature(CensusWord(config) if self.fused else ColumnWord())),
+            "o": Out(stream.Signature(LabelWord(config) if self.fused else DisparityWord(config))),
             "u1": In(WEIGHT_BITS),
             "u2": In(WEIGHT_BITS),
             "u3": In(WEIGHT_BITS),
             "in_use": In(IN_USE_BITS),
+            **more,
         })
 
     @property
@@ -173,32 +91,35 @@ class StreamingEngine(wiring.Component):
 
     @property
     def latency(self):
-        """Cycles from the wave that completes the pixel below to a disparity at ``o``, if nothing waits."""
-        return 1 + BecArray.latency_of(self.config) + 2 + StreamRegister.LATENCY + self.admission_latency + self.array.latency + 3
+        """Cycles from the wave that completes the pixel below, and all that its costs take, to a disparity at ``o``, if nothing waits."""
+        costs = self.costs.latency_of(self.config) + self.costs.lag_of(self.config)
+        return 1 + costs + 2 + StreamRegister.LATENCY + self.admission_latency + self.array.latency + self.check_latency + 3
 
     def elaborate(self, platform):
         m = Module()
         config = self.config
         labels = config.disparities
         m.submodules.source = source = self.source
-        m.submodules.bec = bec = self.bec
+        m.submodules.costs = costs = self.costs
         m.submodules.array = array = self.array
         wiring.connect(m, wiring.flipped(self.i), source.i)
-        m.d.comb += [bec.wave.eq(source.wave), bec.store.eq(source.store), source.in_use.eq(self.in_use)]
+        m.d.comb += [
+            source.in_use.eq(self.in_use), costs.wave.eq(source.wave), costs.pixel.eq(source.pixel),
+            costs.pixel_valid.eq(source.pixel_valid),
+        ]
+        if self.fused:
+            m.d.comb += [source.minimum.eq(self.minimum), costs.completion.eq(source.completion)]
+        else:
+            m.d.comb += costs.store.eq(source.store)
 
-        # Queue: a pixel joins its local disparity there.
-        queued = data.StructLayout({"pixel": Pixel(), "local": range(labels)})
-        beside = data.StructLayout({"pixel": Pixel(), "valid": 1})
-        m.submodules.beside = beside_delay = Delay(beside, BecArray.latency_of(config), clean=True)
+        # Queue.
+        queued = Queued(config)
         m.submodules.queue = queue = SyncFIFOBuffered(width=queued.size, depth=self.queue_depth + 2)
         m.submodules.head = head_register = StreamRegister(queued)
         head = head_register.o.p
         admit = Signal()
-        joined = Signal(queued)
         m.d.comb += [
-            beside_delay.i.pixel.eq(source.pixel), beside_delay.i.valid.eq(source.pixel_valid),
-            joined.pixel.eq(beside_delay.o.pixel), joined.local.eq(bec.local),
-            queue.w_data.eq(joined), queue.w_en.eq(beside_delay.o.valid),
+            queue.w_data.eq(costs.queued), queue.w_en.eq(costs.queued_valid),
             head_register.i.payload.eq(queue.r_data), head_register.i.valid.eq(queue.r_rdy), queue.r_en.eq(head_register.i.ready),
             head_register.o.ready.eq(admit),
         ]
@@ -263,24 +184,37 @@ class StreamingEngine(wiring.Component):
             neighbours.has_left.eq(has_left), neighbours.has_upper.eq(pixel.has_upper), neighbours.has_lower.eq(pixel.has_lower),
             neighbours.upper_label.eq(result_read.data), neighbours.lower_label.eq(admitted.local),
         ]
+        if self.fused:
+            m.d.comb += costs.take.eq(admit)
+            m.d.sync += neighbours.n.eq(costs.n)
         m.d.comb += [
             cones.i.eq(neighbours), cones.weights.eq(weights),
-            array.up.eq(cones.up), array.down.eq(cones.down), array.cost.eq(bec.cost),
+            array.up.eq(cones.up), array.down.eq(cones.down), array.cost.eq(costs.cost),
         ]
 
         # Whose turn it is: `d + 2` cycles after `address` label d shows the cost; its wave is there d cycles after label 0's.
         m.submodules.address_delay = admitted_delay = Delay(1, self.admission_latency - 3, clean=True)
-        address = Signal(range(bec.depth))
-        m.d.comb += [admitted_delay.i.eq(admit), bec.address.eq(address)]
+        address = Signal(range(costs.depth))
+        m.d.comb += [admitted_delay.i.eq(admit), costs.address.eq(address)]
         advance = Signal()
         m.d.sync += advance.eq(admitted_delay.o)
         with m.If(advance):
-            m.d.sync += address.eq(Mux(address == bec.depth - 1, 0, address + 1))
+            m.d.sync += address.eq(Mux(address == costs.depth - 1, 0, address + 1))
 
         # Selection.
-        turn = data.StructLayout({"valid": 1, "x": range(config.max_width), **FLAGS})
+        settings = {"minimum": MINIMUM_BITS, "check": 1} if self.fused else {}
+        turn = data.StructLayout({"valid": 1, "x": range(config.max_width), **settings, **FLAGS})
         m.submodules.turn = turn_delay = Delay(turn, self.admission_latency + array.latency, clean=True)
         m.d.comb += [turn_delay.i.valid.eq(admit), turn_delay.i.x.eq(x), *copy_flags(turn_delay.i, head.pixel)]
+        if self.fused:
+            # Those of the frame, from its first pixel on.
+            held = Signal(data.StructLayout(settings), reset_less=True)
+            with m.If(head.pixel.first):
+                m.d.comb += [turn_delay.i[name].eq(getattr(self, name)) for name in settings]
+            with m.Else():
+                m.d.comb += [turn_delay.i[name].eq(held[name]) for name in settings]
+            with m.If(admit & head.pixel.first):
+                m.d.sync += [held[name].eq(getattr(self, name)) for name in settings]
         # A register for each bit's multiplexer: one alone would drive as many inputs as there are labels, for each bit of a label.
         # They begin unlike, so that no tool makes one of them; a line's first pixel has no left neighbour, and any will do for it.
         bits      = (labels - 1).bit_length()
@@ -297,15 +231,49 @@ class StreamingEngine(wiring.Component):
             result_write.addr.eq(done_turn.x), result_write.data.eq(disparity), result_write.en.eq(done), chosen.eq(done),
         ]
 
-        word = Signal(DisparityWord(config))
+        word = Signal(self.o.p.shape())
+        word_valid = done
+        if self.fused:
+            word_valid = self._check(m, word, disparity, done, done_turn)
+            m.submodules.size = size = Delay(word.size.shape(), turn_delay.clocks - 1 + 1 + self.check_latency)
+            m.d.comb += [size.i.eq(_bit_length(costs.n)), word.size.eq(size.o)]
+        else:
+            m.d.comb += [word.disparity.eq(disparity), *copy_flags(word, done_turn)]
         m.submodules.output = output = SyncFIFOBuffered(width=word.shape().size, depth=self.output_depth)
         m.d.comb += [
-            word.disparity.eq(disparity), *copy_flags(word, done_turn),
-            output.w_data.eq(word), output.w_en.eq(done),
+            output.w_data.eq(word), output.w_en.eq(word_valid),
             self.o.payload.eq(output.r_data), self.o.valid.eq(output.r_rdy), output.r_en.eq(self.o.ready),
             taken.eq(self.o.valid & self.o.ready),
         ]
         return m
+
+    def _check(self, m, word, label, done, turn):
+        """Left-right check of the label chosen: fills ``word`` but for the size; returns when it is valid."""
+        config = self.config
+        # How many right labels may come between a pixel's own and its turn: a line, and all that are on their way.
+        latest = config.max_width + self.queue_depth + self.output_depth + config.disparities
+        m.submodules.check = check = LeftRightCheck(config, latest)
+        m.d.comb += [
+            check.right.eq(self.costs.right), check.right_valid.eq(self.costs.right_valid),
+            check.x.eq(turn.x), check.label.eq(label), check.valid.eq(done),
+            check.minimum.eq(turn.minimum), check.enable.eq(turn.check),
+        ]
+        beside = data.StructLayout({"valid": 1, "label": label.shape(), **FLAGS})
+        m.submodules.checked = checked = Delay(beside, check.LATENCY, clean=True)
+        m.d.comb += [
+            checked.i.valid.eq(done), checked.i.label.eq(label), *copy_flags(checked.i, turn),
+            word.label.eq(checked.o.label * config.disparity_scale), word.passed.eq(check.passed), *copy_flags(word, checked.o),
+        ]
+        return checked.o.valid
+
+
+def _bit_length(value):
+    """Bits of a number without leading zeros."""
+    bits = len(value)
+    length = Const(0, bits.bit_length())
+    for place in range(bits):
+        length = Mux(value[place], place + 1, length)
+    return length
 
 
 def choose(values, index):

@@ -13,7 +13,7 @@ from sim.clocked import run_clocked
 NAMES = ("minus", "line", "plus")
 
 
-def waves_of(left, right, in_use, rng, stall):
+def waves_of(left, right, in_use, rng, stall, begin=0):
     """Waves of a picture: one before each line, its columns, one past it; and, beside each, the pixel that it completes."""
     columns = [line_store(side).tolist() for side in (left, right)]
     height, width = left.shape
@@ -21,13 +21,16 @@ def waves_of(left, right, in_use, rng, stall):
         for x in range(-1, width + 1):
             while rng.random() < stall:
                 # A bubble: what it carries must not matter.
-                yield {"wave": {"valid": 0, "pre": int(rng.integers(2)), "inside": 1,
-                                "left": dict.fromkeys(NAMES, int(rng.integers(256))), "right": dict.fromkeys(NAMES, 0)}, "store": 0}, None
+                wave = {"valid": 0, "pre": int(rng.integers(2)), "inside": 1,
+                        "left": dict.fromkeys(NAMES, int(rng.integers(256))), "right": dict.fromkeys(NAMES, 0)}
+                yield {"wave": wave, "store": 0, "pixel_valid": 0}, None
             column = min(max(x, 0), width - 1)
             sides = {side: dict(zip(NAMES, lines[y][column])) for side, lines in zip(("left", "right"), columns)}
             done = x >= 1
             wave = {"valid": 1, "pre": int(x < 0), "inside": int(x >= 0), "in_use": in_use, **sides}
-            yield {"wave": wave, "store": int(done)}, (y, x - 1) if done else None
+            number = y * width + x - 1 + begin
+            pixel = {"pixel": number % 256, "lower": number // 256 % 256}
+            yield {"wave": wave, "store": int(done), "pixel": pixel, "pixel_valid": int(done)}, (y, x - 1) if done else None
 
 
 @pytest.mark.parametrize("stall", [0.0, 0.4])
@@ -45,16 +48,19 @@ def test_matches_golden(labels, width, height, stall):
     dut = BecArray(config, depth)
     latency = BecArray.latency_of(config)
 
-    cycles = [cycle for pair, config in zip(pictures, configs)
-              for cycle in waves_of(*pair, config.labels_in_use, rng, stall)]
+    cycles = [cycle for number, (pair, config) in enumerate(zip(pictures, configs))
+              for cycle in waves_of(*pair, config.labels_in_use, rng, stall, number * width * height)]
     waves = [inputs for inputs, _ in cycles]
-    idle = {"wave": {"valid": 0, "in_use": configs[1].labels_in_use}, "store": 0}
+    idle = {"wave": {"valid": 0, "in_use": configs[1].labels_in_use}, "store": 0, "pixel_valid": 0}
     # Then every cost is read; label d shows it d + 2 cycles after the address.
     reads = [{**idle, "address": place} for place in range(count)]
-    out = run_clocked(dut, [*waves, *[idle] * (latency + 5), *reads], ["local", "cost"], idle=idle, drain=labels + 2)
+    out = run_clocked(dut, [*waves, *[idle] * (latency + 5), *reads], ["queued", "queued_valid", "cost"], idle=idle, drain=labels + 2)
 
     costs = np.concatenate([matching_cost(*pair, config).reshape(-1, labels) for pair, config in zip(pictures, configs)])
-    local = [out[cycle + latency]["local"] for cycle, (_, pixel) in enumerate(cycles) if pixel is not None]
+    local = [out[cycle + latency]["queued"].local for cycle, (_, pixel) in enumerate(cycles) if pixel is not None]
+    # The pixel that waits is taken along: here each by its number.
+    given = [(word["queued"].pixel.pixel, word["queued"].pixel.lower) for word in out if word["queued_valid"]]
+    assert given == [(number % 256, number // 256 % 256) for number in range(count)]
     assert local == local_disparity(costs).tolist()
     begin = len(waves) + latency + 5
     got = [[config.cost_outside - out[begin + place + 2 + d]["cost"][d] for d in range(labels)] for place in range(count)]

@@ -3,14 +3,15 @@ import itertools
 import numpy as np
 import pytest
 
-from golden.config import WEIGHT_MAX, Arithmetic, MatcherConfig
+from golden.config import WEIGHT_MAX, Arithmetic, Cost, FusedParameters, MatcherConfig
 from golden.smooth import cones, slope
 from hdl.cones import Cones
 from sim.clocked import run_clocked
 
 
-def config_of(labels, fraction_bits):
-    return MatcherConfig(disparities=labels, arithmetic=Arithmetic.LINEAR, fraction_bits=fraction_bits)
+def config_of(labels, fraction_bits, cost=Cost.THESIS, **fused):
+    return MatcherConfig(disparities=labels, arithmetic=Arithmetic.LINEAR, fraction_bits=fraction_bits, cost=cost,
+                         fused=FusedParameters(**fused))
 
 
 def neighbours(labels, count, rng):
@@ -26,17 +27,25 @@ def neighbours(labels, count, rng):
 
 
 @pytest.mark.parametrize("weights", [(15, 10, 5), (WEIGHT_MAX,) * 3, (0, 1, 62)], ids=str)
-@pytest.mark.parametrize("labels, fraction_bits", [(2, 0), (3, 4), (13, 3), (80, 3), (256, 4)])
-def test_matches_golden(labels, fraction_bits, weights):
-    config = config_of(labels, fraction_bits)
+@pytest.mark.parametrize("config", [
+    *(config_of(labels, fraction_bits) for labels, fraction_bits in [(2, 0), (3, 4), (13, 3), (80, 3), (256, 4)]),
+    *(config_of(labels, 0, Cost.FUSED, reach=reach) for labels, reach in [(2, 0), (13, 3), (80, 16), (128, 31)]),
+], ids=lambda config: f"{config.cost}-{config.disparities}")
+def test_matches_golden(config, weights):
+    labels = config.disparities
     pixels = list(neighbours(labels, 40, np.random.default_rng(1)))
+    if config.cost is Cost.FUSED:
+        # The size of the support; of the last pixel the greatest, which has a corner of the rest too.
+        sizes = np.random.default_rng(2).integers(1, config.fused.support_max + 1, len(pixels)).tolist()
+        pixels = [pixel | {"n": n} for pixel, n in zip(pixels, sizes)]
+        pixels += [pixel | {"n": config.fused.support_max} for pixel in pixels[-96:]]
     dut = Cones(config)
     latency = Cones.latency_of(config)
     out = run_clocked(dut, [{"i": pixel, "weights": list(weights)} for pixel in pixels], ["up", "down"], drain=latency)
 
     for pixel, waves in zip(pixels, out[latency:], strict=True):
         w1, w2, w3 = (
-            int(slope(np.array(abs(pixel["pixel"] - pixel[name])), weight, config)) if pixel[f"has_{name}"] else 0
+            int(slope(np.array(abs(pixel["pixel"] - pixel[name])), weight, config)) * pixel.get("n", 1) if pixel[f"has_{name}"] else 0
             for weight, name in zip(weights, ("left", "upper", "lower")))
         upper = pixel["upper_label"] if pixel["has_upper"] else 0
         expected = cones(upper, pixel["lower_label"], w1, w2, w3, config).tolist()

@@ -1,0 +1,322 @@
+"""The fused cost at one pixel a cycle, summed over supports: an array of cells, one a label, laid out as :mod:`hdl.bec_array`."""
+
+from amaranth import *
+from amaranth.lib import data, wiring
+from amaranth.lib.memory import Memory
+from amaranth.lib.wiring import In, Out
+
+from golden.config import MatcherConfig
+
+from .bec_array import TREE, BecCell, LabelMemory, Queued, groups_of, least_of, seen_along
+from .delay import Delay, data_register
+from .right_view import RightCell, RightWave
+from .stream import Column, Least
+from .support import Ends, SumWave, SupportSource
+from .waves import BecWave, Completion, Pixel
+
+
+__all__ = ["FusedArray", "FusedCell", "FusedGroup"]
+
+
+def signed_digits(constant):
+    """``(sign, shift)`` of the fewest powers of two that add up to a constant, none beside another.
+
+    Examples
+    --------
+    >>> signed_digits(47)
+    [(-1, 0), (-1, 4), (1, 6)]
+    """
+    digits, shift = [], 0
+    while constant:
+        if constant & 1:
+            sign = 2 - (constant & 3)
+            digits.append((sign, shift))
+            constant -= sign
+        constant >>= 1
+        shift += 1
+    return digits
+
+
+def _sum(terms):
+    """Sum of ``(sign, value)``, positive ones first; 0 of none."""
+    total = Const(0, 1)
+    for n, (sign, value) in enumerate(sorted(terms, key=lambda term: -term[0])):
+        total = total + value if sign > 0 else total - value
+        if n == 0 and sign > 0:
+            total = value
+    return total
+
+
+class FusedCell(wiring.Component):
+    """Fused cost of one label, ``C = (cost_factor * min(E, truncation) + census_weight * H) >> cost_shift``, floor.
+
+    ``H`` counts the bits in which the censuses differ. The golden models are :func:`golden.support.fuse` and
+    :func:`golden.support.fused_cost`; outside the picture ``C`` is ``cost_outside``, which takes the place of the first term while ``H``
+    is held at 0.
+
+    Width: exact.
+
+    Timing: :attr:`LATENCY` cycles after column ``x`` the cell shows the cost of ``x - 1``.
+
+    Members
+    -------
+    left, right : In(Column()), left_census, right_census : In(census bits)
+        At ``x`` and at ``x - d``.
+    inside : In(1)
+        The right column is one, and the label is in use.
+    valid1, valid4, valid6 : In(1)
+        Whether there was a column one, four and six cycles ago.
+    cost : Out(range(cost_max + 1))
+    """
+    LATENCY = BecCell.LATENCY + 2
+
+    def __init__(self, config: MatcherConfig):
+        self.config = config
+        bits = config.fused.neighbours
+        super().__init__({
+            "left": In(Column()), "right": In(Column()), "left_census": In(bits), "right_census": In(bits), "inside": In(1),
+            "valid1": In(1), "valid4": In(1), "valid6": In(1),
+            "cost": Out(range(config.fused.cost_max + 1)),
+        })
+
+    def elaborate(self, platform):
+        m = Module()
+        params = self.config.fused
+        m.submodules.matching_cost = matching_cost = BecCell(self.config)
+        m.d.comb += [
+            matching_cost.left.eq(self.left), matching_cost.right.eq(self.right), matching_cost.inside.eq(self.inside),
+            matching_cost.valid1.eq(self.valid1), matching_cost.valid4.eq(self.valid4),
+        ]
+
+        # Stages 1 to 4: the Hamming distance; first of pairs of bits, which a table of four inputs gives, then two sums a stage.
+        bits = range(0, params.neighbours, 2)
+        differ = self.left_census ^ self.right_census
+        counts = [differ[n] + differ[n + 1] if n + 1 < params.neighbours else differ[n] for n in bits]
+        for stage, levels in enumerate((0, 2, 2, 2), 1):
+            for _ in range(levels):
+                counts = [counts[n] + counts[n + 1] if n + 1 < len(counts) else counts[n] for n in range(0, len(counts), 2)]
+            if stage == BecCell.INSIDE_LATER + 1:
+                counts = [Mux(matching_cost.inside_later, count, 0) for count in counts]
+            registers = [Signal.like(Value.cast(count), name=f"differ_{stage}_{n}", reset_less=True) for n, count in enumerate(counts)]
+            m.d.sync += [register.eq(count) for register, count in zip(registers, counts)]
+            counts = registers
+        distance, = counts or [Const(0, 1)]
+
+        # Stages 5 and 6: its weight.
+        terms = [(sign, distance << shift) for sign, shift in signed_digits(params.census_weight)][::-1]
+        pairs = []
+        for n in range(0, len(terms), 2):
+            pair = Signal.like(_sum(terms[n:n + 2]), name=f"weighted_{n // 2}", reset_less=True)
+            m.d.sync += pair.eq(_sum(terms[n:n + 2]))
+            pairs.append((1, pair))
+        weighted = Signal(range(params.census_weight * params.neighbours + 1), reset_less=True)
+        m.d.sync += weighted.eq(_sum(pairs))
+
+        # Stage 6: the first term, of the pixel before.
+        energy = (~matching_cost.cost).as_unsigned()[:len(matching_cost.cost)]
+        outside = Const(params.cost_outside << params.cost_shift)
+        counted = [(sign, energy << shift) for sign, shift in signed_digits(params.cost_factor)]
+        first = Signal(range(max(params.cost_factor * params.truncation, params.cost_outside << params.cost_shift) + 1), reset_less=True)
+        with m.If(~matching_cost.cost_inside):
+            m.d.sync += first.eq(outside)
+        with m.Elif(energy > params.truncation):
+            m.d.sync += first.eq(params.cost_factor * params.truncation)
+        with m.Else():
+            m.d.sync += first.eq(_sum(counted))
+
+        # Stage 7: both; the distance has waited for a column, as the matching cost has for its right difference.
+        before = Signal.like(weighted, reset_less=True)
+        with m.If(self.valid6):
+            m.d.sync += before.eq(weighted)
+        m.d.sync += data_register(m, self.cost).eq((first + before) >> params.cost_shift)
+        return m
+
+
+class FusedGroup(wiring.Component):
+    """Fused costs of a few neighbouring labels in the same cycle, their running sums, and the least sum so far.
+
+    Golden: :func:`golden.support.fused_cost`, :func:`golden.support.support_sums`, :func:`golden.refine.right_view`.
+
+    Width: a running sum is kept modulo the power of two above the greatest support sum; differences are exact.
+
+    Timing: ``sums`` of a wave are due with its costs, :attr:`FusedCell.LATENCY` cycles after it; ``total`` :attr:`TOTAL` cycles after
+    ``ends``, ``least_i`` :data:`hdl.bec_array.TREE` cycles after that, ``least_o`` one later; every ``_o`` else a cycle after its ``_i``.
+
+    Memory: two rings of running sums for all labels of the group, one for each end of a support.
+
+    Members
+    -------
+    i : In(BecWave(config)), o : Out(BecWave(config))
+    sums_i : In(SumWave(config)), sums_o : Out(SumWave(config))
+    ends_i : In(Ends(config)), ends_o : Out(Ends(config))
+    right_i : In(RightWave(config)), right_o : Out(RightWave(config))
+    total : Out(ArrayLayout(data_bits, n))
+        Complements of ``S``.
+    least_i : In(Least(data_bits, D)), least_o : Out(Least(data_bits, D))
+        Complement of the least sum; the smaller label on a tie.
+    """
+    TOTAL = 3
+
+    def __init__(self, config: MatcherConfig, labels: range):
+        self.config = config
+        self.labels = labels
+        least = Least(config.data_bits, config.disparities)
+        super().__init__({
+            "i": In(BecWave(config)), "o": Out(BecWave(config)),
+            "sums_i": In(SumWave(config)), "sums_o": Out(SumWave(config)),
+            "ends_i": In(Ends(config)), "ends_o": Out(Ends(config)),
+            "right_i": In(RightWave(config)), "right_o": Out(RightWave(config)),
+            "total": Out(data.ArrayLayout(config.data_bits, len(labels))),
+            "least_i": In(least), "least_o": Out(least),
+        })
+
+    def elaborate(self, platform):
+        m = Module()
+        config, bits = self.config, self.config.data_bits
+        valid = [self.i.valid]
+        for stage in range(1, 7):
+            valid.append(Signal(name=f"valid{stage}"))
+            m.d.sync += valid[stage].eq(valid[stage - 1])
+
+        # Costs, and the right view's way past them.
+        completion = self.sums_i.completion
+        costs, right = [], self.right_i
+        for label, seen, inside in seen_along(m, self.labels, self.i, self.o):
+            m.submodules[f"label_{label}"] = cell = FusedCell(config)
+            m.d.comb += [
+                cell.left.eq(self.i.left), cell.left_census.eq(self.i.left_census),
+                cell.right.eq(seen["right"]), cell.right_census.eq(seen["right_census"]), cell.inside.eq(inside),
+                cell.valid1.eq(valid[1]), cell.valid4.eq(valid[4]), cell.valid6.eq(valid[6]),
+            ]
+            costs.append(cell.cost)
+            m.submodules[f"right_{label}"] = right_cell = RightCell(config, label)
+            m.d.comb += [right_cell.completion.eq(completion), right_cell.cost.eq(cell.cost), right_cell.i.eq(right)]
+            right = right_cell.o
+        # The group above takes, a cycle later, what the top label had before this wave.
+        m.d.sync += self.right_o.eq(right)
+
+        # Running sums, each written before its pixel's cost is added.
+        sums = Signal(data.ArrayLayout(bits, len(costs)), reset_less=True)
+        enter = completion.clear | completion.complete
+        with m.If(enter):
+            m.d.sync += [total.eq(Mux(completion.clear, 0, total + cost)) for total, cost in zip(sums, costs)]
+        ends = {}
+        for name in ("low", "high"):
+            m.submodules[name] = ring = Memory(shape=sums.shape(), depth=SupportSource.ring_of(config), init=[])
+            write, read = ring.write_port(), ring.read_port()
+            m.d.comb += [
+                write.addr.eq(self.sums_i.place), write.data.eq(sums), write.en.eq(enter),
+                read.addr.eq(self.ends_i[name]), read.en.eq(1),
+            ]
+            ends[name] = Signal(sums.shape(), name=f"sum_{name}", reset_less=True)
+            m.d.sync += ends[name].eq(read.data)
+        # ~(high - low) == low + ~high in as many bits.
+        total = data_register(m, self.total)
+        m.d.sync += [value.eq(low + ~high) for value, low, high in zip(total, ends["low"], ends["high"])]
+        m.d.sync += [self.sums_o.eq(self.sums_i), data_register(m, self.ends_o).eq(self.ends_i)]
+        least_of(m, list(self.total), self.labels[0], self.least_i, self.least_o)
+        return m
+
+
+class FusedArray(wiring.Component):
+    """Support sums of the fused cost, laid out along the labels, and the labels of the right picture beside them.
+
+    Golden: :func:`golden.support.support_sums`, :func:`golden.refine.right_view`. The sums of a group of labels go to a line memory of the
+    group, which the labelling reads at its own pace.
+
+    Timing: ``queued`` :meth:`latency_of` cycles after the wave that completed the pixel ``lag_of`` pixels further right. ``address``,
+    ``cost``: as of :class:`hdl.bec_array.BecArray`; ``n`` of the next pixel a cycle after ``take``. ``right`` in the order of pixels.
+
+    Memory: ``D * depth`` sums, two rings of running sums a group, ``depth`` sizes.
+
+    Members
+    -------
+    wave : In(BecWave(config)), completion : In(Completion())
+    pixel : In(Pixel()), pixel_valid : In(1)
+        The pixel to be labelled that the wave's pixel is below of.
+    queued : Out(Queued(config)), queued_valid : Out(1)
+    address : In(range(depth))
+    cost : Out(ArrayLayout(data_bits, D))
+        Complements.
+    take : In(1), n : Out(range(support_max + 1))
+    right : Out(range(D)), right_valid : Out(1)
+    """
+    def __init__(self, config: MatcherConfig, depth):
+        self.config = config
+        self.depth = depth
+        super().__init__({
+            "wave": In(BecWave(config)),
+            "completion": In(Completion()),
+            "pixel": In(Pixel()),
+            "pixel_valid": In(1),
+            "queued": Out(Queued(config)),
+            "queued_valid": Out(1),
+            "address": In(range(depth)),
+            "cost": Out(data.ArrayLayout(config.data_bits, config.disparities)),
+            "take": In(1),
+            "n": Out(range(config.fused.support_max + 1)),
+            "right": Out(range(config.disparities)),
+            "right_valid": Out(1),
+        })
+
+    @staticmethod
+    def lag_of(config: MatcherConfig):
+        """Pixels that come in before the sums of one are known."""
+        return SupportSource.lag_of(config)
+
+    @staticmethod
+    def latency_of(config: MatcherConfig):
+        """Cycles from the wave that completed a support to the local disparity of its pixel."""
+        return FusedCell.LATENCY + 1 + FusedGroup.TOTAL + TREE + len(groups_of(config))
+
+    def elaborate(self, platform):
+        m = Module()
+        config = self.config
+        m.submodules.support = support = SupportSource(config, FusedCell.LATENCY)
+        m.d.comb += [
+            support.completion.eq(self.completion), support.pixel.eq(self.pixel), support.pixel_valid.eq(self.pixel_valid),
+        ]
+        slot = support.slot
+
+        m.submodules.memory = memory = LabelMemory(config, self.depth)
+        m.submodules.store_delay = store_delay = Delay(1, FusedGroup.TOTAL, clean=True)
+        m.d.comb += [
+            store_delay.i.eq(slot.real), memory.write.eq(store_delay.o), memory.address.eq(self.address), self.cost.eq(memory.o),
+        ]
+
+        wave, sums, ends, right, least = self.wave, support.sums, support.ends, None, None
+        for labels in groups_of(config):
+            m.submodules[f"group_{labels[0]}"] = group = FusedGroup(config, labels)
+            m.d.comb += [
+                group.i.eq(wave), group.sums_i.eq(sums), group.ends_i.eq(ends),
+                *(memory.words[label].eq(group.total[n]) for n, label in enumerate(labels)),
+            ]
+            if least is not None:
+                m.d.comb += [group.least_i.eq(least), group.right_i.eq(right)]
+            wave, sums, ends, right, least = group.o, group.sums_o, group.ends_o, group.right_o, group.least_o
+
+        # The top label's pixel is complete as the next one comes: `right` is what it had then.
+        completed = Signal()
+        m.d.sync += completed.eq(group.sums_i.completion.complete)
+        m.d.comb += [self.right.eq(right.least.index), self.right_valid.eq(completed & right.real)]
+
+        beside = data.StructLayout({"pixel": Pixel(), "valid": 1})
+        m.submodules.beside = beside_delay = Delay(beside, FusedGroup.TOTAL + TREE + len(groups_of(config)), clean=True)
+        m.d.comb += [
+            beside_delay.i.pixel.eq(slot.pixel), beside_delay.i.valid.eq(slot.pixel_valid),
+            self.queued.pixel.eq(beside_delay.o.pixel), self.queued.local.eq(least.index),
+            self.queued_valid.eq(beside_delay.o.valid),
+        ]
+
+        # Sizes wait for their pixel's turn, a line later.
+        m.submodules.sizes = sizes = Memory(shape=slot.n.shape(), depth=self.depth, init=[])
+        write, read = sizes.write_port(), sizes.read_port()
+        come, gone = Signal(range(self.depth)), Signal(range(self.depth))
+        for place, step in ((come, slot.real), (gone, self.take)):
+            with m.If(step):
+                m.d.sync += place.eq(Mux(place == self.depth - 1, 0, place + 1))
+        m.d.comb += [
+            write.addr.eq(come), write.data.eq(slot.n), write.en.eq(slot.real),
+            read.addr.eq(gone), read.en.eq(self.take), self.n.eq(read.data),
+        ]
+        return m

@@ -1,0 +1,136 @@
+"""The right picture's labels, by a running least along the array of costs, and the check of the left picture's against them."""
+
+from amaranth import *
+from amaranth.lib import data, wiring
+from amaranth.lib.memory import Memory
+from amaranth.lib.wiring import In, Out
+
+from golden.config import MINIMUM_BITS, MatcherConfig
+
+from .delay import Delay, data_register
+from .stream import Least
+from .waves import Completion
+
+
+__all__ = ["LeftRightCheck", "RightCell", "RightWave"]
+
+
+class RightWave(data.StructLayout):
+    """A pixel of the right picture on its way along the labels: the least cost so far and its label.
+
+    ``closed``: its line has ended, no more candidates exist. ``real``: it is a pixel of the picture.
+    """
+    def __init__(self, config: MatcherConfig):
+        super().__init__({
+            "least": Least(range(config.fused.cost_max + 1), config.disparities), "closed": 1, "real": 1,
+        })
+
+
+class RightCell(wiring.Component):
+    """One label of the right view, ``r(x_r) = argmin_d C(x_r + d, y, d)``; golden: :func:`golden.refine.right_view`.
+
+    A pixel of the right picture moves on by a label as a pixel of the left one is completed, and so meets its candidates in turn.
+
+    Timing: ``o`` shows, from the cycle after a ``complete`` to the next one, the pixel that came with it.
+
+    Members
+    -------
+    completion : In(Completion())
+    cost : In(range(cost_max + 1))
+        ``C``, in the cycle of ``completion``.
+    i : In(RightWave(config)), o : Out(RightWave(config))
+        ``i`` of the label below, as it was before the ``complete``; label 0 has none, a pixel starts there.
+    """
+    def __init__(self, config: MatcherConfig, label):
+        self.config = config
+        self.label = label
+        wave = RightWave(config)
+        super().__init__({
+            "completion": In(Completion()), "cost": In(range(config.fused.cost_max + 1)),
+            "i": In(wave), "o": Out(wave),
+        })
+
+    def elaborate(self, platform):
+        m = Module()
+        least, closed_o = data_register(m, self.o.least, "least"), data_register(m, self.o.closed, "closed")
+        real = Signal()  # with a reset: those of a frame before it must not be counted
+        m.d.comb += self.o.real.eq(real)
+        with m.If(self.completion.complete):
+            if self.label == 0:
+                m.d.sync += [least.value.eq(self.cost), least.index.eq(0), closed_o.eq(0), real.eq(self.completion.real)]
+            else:
+                closed = self.i.closed | self.completion.fresh
+                m.d.sync += [least.eq(self.i.least), closed_o.eq(closed), real.eq(self.i.real)]
+                with m.If((self.cost < self.i.least.value) & ~closed):
+                    m.d.sync += [least.value.eq(self.cost), least.index.eq(self.label)]
+        return m
+
+
+class LeftRightCheck(wiring.Component):
+    """Whether a pixel's match lies in the picture, and the right view agrees with it; golden: :func:`golden.refine.check`.
+
+    Timing: ``passed`` :attr:`LATENCY` cycles after ``label``. The right labels come in the order of their pixels, and are needed no later
+    than ``depth`` pixels after they came.
+
+    Memory: ``depth`` labels, rounded up to a power of two.
+
+    Members
+    -------
+    right : In(range(D)), right_valid : In(1)
+    enable : In(1)
+        Without it every pixel passes.
+    x : In(range(max_width)), label : In(range(D)), valid : In(1)
+        ``minimum`` and ``enable`` go with them.
+    minimum : In(MINIMUM_BITS)
+        Least disparity, pixels.
+    passed : Out(1)
+    """
+    LATENCY = 5
+
+    def __init__(self, config: MatcherConfig, depth):
+        self.config = config
+        self.depth = 1 << (depth - 1).bit_length()
+        label = range(config.disparities)
+        super().__init__({
+            "right": In(label), "right_valid": In(1),
+            "enable": In(1), "minimum": In(MINIMUM_BITS),
+            "x": In(range(config.max_width)), "label": In(label), "valid": In(1),
+            "passed": Out(1),
+        })
+
+    def elaborate(self, platform):
+        m = Module()
+        config = self.config
+        label = range(config.disparities)
+        m.submodules.memory = memory = Memory(shape=label, depth=self.depth, init=[])
+        read = memory.read_port()
+        write = memory.write_port()
+        come = Signal(range(self.depth))  # right labels
+        gone = Signal(range(self.depth))  # pixels that were checked, or are about to be
+        with m.If(self.right_valid):
+            m.d.sync += come.eq(come + 1)
+        with m.If(self.valid):
+            m.d.sync += gone.eq(gone + 1)
+
+        # The match: `label` pixels to the left, in the picture and in the memory alike.
+        matched = Signal(range(-config.disparities, config.max_width + 1), reset_less=True)
+        inside  = Signal(reset_less=True)
+        place   = Signal(range(self.depth), reset_less=True)
+        least   = Signal(MINIMUM_BITS, reset_less=True)
+        m.d.sync += [matched.eq(self.x - self.label), least.eq(self.minimum), place.eq(gone - self.label)]
+        m.d.sync += inside.eq(matched >= least)
+        m.d.comb += [
+            write.addr.eq(come), write.data.eq(self.right), write.en.eq(self.right_valid), read.addr.eq(place), read.en.eq(1),
+        ]
+        seen = Signal(label, reset_less=True)
+        m.d.sync += seen.eq(read.data)
+
+        m.submodules.own = own = Delay(data.StructLayout({"label": label, "enable": 1}), 3)
+        m.submodules.inside = inside_later = Delay(1, 2)
+        apart = Signal(range(-config.disparities, config.disparities), reset_less=True)
+        ask   = Signal(reset_less=True)
+        m.d.comb += [own.i.label.eq(self.label), own.i.enable.eq(self.enable), inside_later.i.eq(inside)]
+        m.d.sync += [apart.eq(seen - own.o.label), ask.eq(own.o.enable)]
+        tolerance = config.fused.tolerance
+        m.d.sync += data_register(m, self.passed).eq(~ask | (inside_later.o & (apart >= -tolerance) & (apart <= tolerance)))
+        return m

@@ -1,0 +1,249 @@
+"""The support of a pixel on its line: its arms, and where their ends are in the memories of running sums."""
+
+from amaranth import *
+from amaranth.lib import data, wiring
+from amaranth.lib.memory import Memory
+from amaranth.lib.wiring import In, Out
+
+from golden.config import PIXEL_BITS, MatcherConfig
+
+from .delay import Delay, data_register
+from .waves import Completion, Pixel
+
+
+__all__ = ["Arms", "Ends", "Slot", "StepDelay", "SupportSource", "SumWave"]
+
+
+class StepDelay(wiring.Component):
+    """Gives every word back ``steps`` steps later; zero before there was one.
+
+    Timing: ``o`` shows, two cycles after a ``step``, the word that came ``steps`` steps before.
+
+    Memory: ``steps`` words.
+
+    Members
+    -------
+    i : In(shape)
+    step : In(1)
+    o : Out(shape)
+    """
+    LATENCY = 2
+
+    def __init__(self, shape, steps):
+        self.shape = shape
+        self.steps = steps
+        super().__init__({"i": In(shape), "step": In(1), "o": Out(shape)})
+
+    def elaborate(self, platform):
+        m = Module()
+        m.submodules.memory = memory = Memory(shape=self.shape, depth=self.steps, init=[])
+        read = memory.read_port()
+        write = memory.write_port()
+        place  = Signal(range(self.steps))
+        around = Signal()  # every place has been written
+        with m.If(self.step):
+            m.d.sync += place.eq(place + 1)
+            with m.If(place == self.steps - 1):
+                m.d.sync += [place.eq(0), around.eq(1)]
+        m.d.comb += [
+            read.addr.eq(place), read.en.eq(self.step),
+            write.addr.eq(place), write.data.eq(self.i), write.en.eq(self.step),
+        ]
+        stepped = Signal()
+        real    = Signal()
+        m.d.sync += [stepped.eq(self.step), real.eq(around)]
+        o = data_register(m, self.o)
+        with m.If(stepped):
+            m.d.sync += o.eq(Mux(real, Value.cast(read.data), 0))
+        return m
+
+
+class Arms(wiring.Component):
+    """Arms of the support of every pixel: steps over pixels of the line that are like it; golden: :func:`golden.support.arms`.
+
+    Two pixels ``j`` apart are compared once, for the left arm of the one and the right arm of the other.
+
+    Timing: ``l`` and ``r`` are, :attr:`LATENCY` cycles after a ``step``, those of the pixel that came ``reach + 1`` steps before.
+
+    Members
+    -------
+    step : In(1)
+        A pixel comes, or none, but the support of another one moves on.
+    fresh : In(1)
+        The pixel is the first of its line, or there is none.
+    grey : In(PIXEL_BITS)
+    l, r : Out(range(reach + 1))
+    """
+    LATENCY = 6
+
+    def __init__(self, config: MatcherConfig):
+        self.config = config
+        self.reach = config.fused.reach
+        length = range(self.reach + 1)
+        super().__init__({"step": In(1), "fresh": In(1), "grey": In(PIXEL_BITS), "l": Out(length), "r": Out(length)})
+
+    def elaborate(self, platform):
+        m = Module()
+        reach, threshold = self.reach, self.config.fused.arm_threshold
+        if not reach:
+            return m  # no arms
+
+        # Differences to the pixels before, and which of them are on this line.
+        taps = [Signal(PIXEL_BITS, name=f"grey_{j}", reset_less=True) for j in range(1, reach + 1)]
+        near = [Signal(name=f"near_{j}", reset_less=True) for j in range(1, reach + 1)]
+        with m.If(self.step):
+            m.d.sync += [tap.eq(source) for tap, source in zip(taps, [self.grey, *taps])]
+            m.d.sync += [flag.eq(source & ~self.fresh) for flag, source in zip(near, [Const(1, 1), *near])]
+        steps = [self.step]
+        for stage in range(1, 5):
+            steps.append(Signal(name=f"step_{stage}"))
+            m.d.sync += steps[stage].eq(steps[stage - 1])
+
+        # -threshold <= v <= threshold, as 0 <= v + threshold <= 2 * threshold.
+        alike = []
+        for j, tap in enumerate(taps, 1):
+            moved = Signal(signed(PIXEL_BITS + 2), name=f"moved_{j}", reset_less=True)
+            flag  = Signal(name=f"alike_{j}", reset_less=True)
+            m.d.sync += moved.eq(self.grey + Const(threshold) - tap)
+            # The pixel has stepped in meanwhile: `near` tells of it.
+            m.d.sync += flag.eq(near[j - 1] & (moved >= 0) & (moved <= 2 * threshold))
+            alike.append(flag)
+
+        # For the right arm of the pixel `reach + 1` steps before: what the pixel j behind it found j steps back.
+        right = []
+        for j, flag in enumerate(alike, 1):
+            word = flag
+            for stage in range(reach + 1 - j):
+                later = Signal(name=f"right_{j}_{stage}", reset_less=True)
+                with m.If(steps[2]):
+                    m.d.sync += later.eq(word)
+                word = later
+            right.append(word)
+        right_word = Signal(reach)
+        m.d.comb += right_word.eq(Cat(right))
+
+        lengths = {}
+        for name, flags in (("left", Cat(alike)), ("right", right_word)):
+            reached = Signal(reach, name=f"reached_{name}", reset_less=True)  # all steps up to this one
+            m.d.sync += reached.eq(Cat(flags[:j].all() for j in range(1, reach + 1)))
+            lengths[name] = Signal(range(reach + 1), name=f"length_{name}", reset_less=True)
+            m.d.sync += lengths[name].eq(_ones(reached))
+
+        m.submodules.left = left = StepDelay(range(reach + 1), reach + 1)
+        m.submodules.right = beside = Delay(range(reach + 1), StepDelay.LATENCY)
+        m.d.comb += [
+            left.i.eq(lengths["left"]), left.step.eq(steps[4]), self.l.eq(left.o),
+            beside.i.eq(lengths["right"]), self.r.eq(beside.o),
+        ]
+        return m
+
+
+def _ones(reached):
+    """How many low bits of a word are set, if all below a set one are: each bit of the number is a choice among few of them."""
+    bits = []
+    for place in range(len(reached).bit_length()):
+        # The bit is 1 from each odd multiple of its weight up to the next multiple.
+        ranges = range(1 << place, len(reached) + 1, 2 << place)
+        ends = [at + (1 << place) for at in ranges]
+        bits.append(Cat(reached[at - 1] & (~reached[end - 1] if end <= len(reached) else 1) for at, end in zip(ranges, ends)).any())
+    return Cat(bits)
+
+
+class SumWave(data.StructLayout):
+    """What a wave does at the labels as its pixel's costs are known: :class:`Completion`, and where the running sums go."""
+    def __init__(self, config: MatcherConfig):
+        super().__init__({"completion": Completion(), "place": range(SupportSource.ring_of(config))})
+
+
+class Ends(data.StructLayout):
+    """Where a support's running sums are: what was summed up before its first pixel, and with its last one."""
+    def __init__(self, config: MatcherConfig):
+        place = range(SupportSource.ring_of(config))
+        super().__init__({"low": place, "high": place})
+
+
+class Slot(data.StructLayout):
+    """A pixel whose support is complete: what the labelling must know of it, whether its sums are kept, and the support's size."""
+    def __init__(self, config: MatcherConfig):
+        super().__init__({"pixel": Pixel(), "pixel_valid": 1, "real": 1, "n": range(config.fused.support_max + 1)})
+
+
+class SupportSource(wiring.Component):
+    """Sends after the waves what the sums over supports need; golden: :func:`golden.support.arms`, :func:`golden.support.support_sizes`.
+
+    Every label keeps the sums of its costs along the line, ``R(x) = C(0) + .. + C(x - 1)``, one more a line than it has pixels, in a ring;
+    the sum over a support is ``S(x) = R(x + r + 1) - R(x - l)``. All labels share these addresses.
+
+    Timing: ``sums`` ``latency`` cycles after ``completion``; ``ends`` and ``slot`` one more, for the pixel completed ``reach + 1``
+    completions before.
+
+    Members
+    -------
+    completion : In(Completion())
+    pixel : In(Pixel()), pixel_valid : In(1)
+        Of :class:`hdl.waves.WaveSource`; ``pixel.lower`` is the pixel completed.
+    sums : Out(SumWave(config))
+    ends : Out(Ends(config))
+    slot : Out(Slot(config))
+    """
+    def __init__(self, config: MatcherConfig, latency):
+        self.config = config
+        self.latency = latency
+        super().__init__({
+            "completion": In(Completion()),
+            "pixel": In(Pixel()),
+            "pixel_valid": In(1),
+            "sums": Out(SumWave(config)),
+            "ends": Out(Ends(config)),
+            "slot": Out(Slot(config)),
+        })
+
+    @staticmethod
+    def lag_of(config: MatcherConfig):
+        """Completions from a pixel's own to that of the last one of its support, and one more: the sum there is then in the ring."""
+        return config.fused.reach + 1
+
+    @staticmethod
+    def ring_of(config: MatcherConfig):
+        """Words of a ring of running sums: two arms and twice the lag's lines of one pixel, and as many as addresses wrap well."""
+        return 1 << (2 * SupportSource.lag_of(config) + 4).bit_length()
+
+    def elaborate(self, platform):
+        m = Module()
+        config = self.config
+        completion = self.completion
+
+        sums = Signal(SumWave(config))
+        place = Signal(range(self.ring_of(config)))
+        m.d.sync += place.eq(place + (completion.clear | completion.complete))
+        m.d.comb += [sums.completion.eq(completion), sums.place.eq(place)]
+        m.submodules.sums = later = Delay(SumWave(config), self.latency, clean=True)
+        m.d.comb += [later.i.eq(sums), self.sums.eq(later.o)]
+
+        m.submodules.arms = arms = Arms(config)
+        m.d.comb += [arms.step.eq(completion.complete), arms.fresh.eq(completion.fresh), arms.grey.eq(self.pixel.lower)]
+
+        waiting = data.StructLayout({"pixel": Pixel(), "pixel_valid": 1, "real": 1, "place": place.shape()})
+        m.submodules.waiting = wait = StepDelay(waiting, self.lag_of(config))
+        m.submodules.beside = beside = Delay(waiting, Arms.LATENCY - StepDelay.LATENCY)
+        m.d.comb += [
+            wait.i.pixel.eq(self.pixel), wait.i.pixel_valid.eq(self.pixel_valid), wait.i.real.eq(completion.real),
+            wait.i.place.eq(place), wait.step.eq(completion.complete), beside.i.eq(wait.o),
+        ]
+        stepped = [completion.complete]
+        for stage in range(Arms.LATENCY):
+            stepped.append(Signal(name=f"stepped_{stage}"))
+            m.d.sync += stepped[-1].eq(stepped[-2])
+
+        ends = Signal(Ends(config), reset_less=True)
+        slot = Signal(Slot(config), reset_less=True)
+        m.d.sync += [
+            ends.low.eq(beside.o.place - arms.l), ends.high.eq(beside.o.place + arms.r + 1),
+            slot.pixel.eq(beside.o.pixel), slot.n.eq(arms.l + arms.r + 1),
+            slot.pixel_valid.eq(beside.o.pixel_valid & stepped[-1]), slot.real.eq(beside.o.real & stepped[-1]),
+        ]
+        rest = self.latency + 1 - Arms.LATENCY - 1
+        m.submodules.ends = ends_later = Delay(Ends(config), rest)
+        m.submodules.slot = slot_later = Delay(Slot(config), rest, clean=True)
+        m.d.comb += [ends_later.i.eq(ends), self.ends.eq(ends_later.o), slot_later.i.eq(slot), self.slot.eq(slot_later.o)]
+        return m
