@@ -10,11 +10,11 @@ from .confidence import confidence
 from .config import Cost, MatcherConfig
 from .labelling import scan, slopes
 from .refine import check, fill, median, right_view
-from .sub_pixel import SUB_PIXEL_SCALE, sub_pixel_labels
+from .sub_pixel import sub_pixel_labels
 from .support import arms, fused_cost, support_sizes, support_sums
 
 
-__all__ = ["Fused", "labelling", "labelling_plain", "match"]
+__all__ = ["Fused", "Stages", "labelling", "labelling_plain", "match", "stages"]
 
 
 @dataclass(frozen=True)
@@ -66,6 +66,44 @@ def labelling(sums, n, left, config: MatcherConfig):
     return scan(sums, np.argmin(sums, axis=-1), slopes(left, config) * np.asarray(n, dtype=np.int32), config.energy_scale)
 
 
+@dataclass(frozen=True)
+class Stages:
+    """What the method has found when the fill begins.
+
+    Parameters
+    ----------
+    sums : (H, W, D) int16 ndarray
+        Support sums ``S``.
+    n : (H, W) integer ndarray
+        Pixels of the supports.
+    right : (H, W) int32 ndarray
+        Labels of the right view.
+    passed : (H, W) bool ndarray
+        Whether the check passed; everywhere without one.
+    found : (H, W) int32 ndarray
+        Labels, times ``config.disparity_scale``.
+    """
+    sums: NDArray[Any]
+    n: NDArray[Any]
+    right: NDArray[Any]
+    passed: NDArray[np.bool_]
+    found: NDArray[Any]
+
+
+def stages(left, right, config: MatcherConfig) -> Stages:
+    """Cost, support, rule, check and sub-pixel labels: all but what looks at neighbouring disparities. Parameters as of :func:`match`."""
+    if config.cost is not Cost.FUSED:
+        raise ValueError(f"this is the matcher of the cost fused, not {config.cost}; take golden.labelling.match")
+    l, r = arms(left, config.fused)
+    n = support_sizes(l, r)
+    cost = fused_cost(left, right, config)
+    sums = support_sums(cost, l, r)
+    labels = labelling(sums, n, left, config)
+    from_right = right_view(cost, config)
+    passed = check(labels, from_right, config) if config.refinement.check else np.ones(labels.shape, dtype=bool)
+    return Stages(sums, n, from_right, passed, sub_pixel_labels(sums, labels, passed) if config.refinement.sub_pixel else labels)
+
+
 def match(left, right, config: MatcherConfig) -> Fused:
     """Disparities of a rectified pair by the second method.
 
@@ -74,21 +112,11 @@ def match(left, right, config: MatcherConfig) -> Fused:
     left, right : (H, W) integer ndarray
         Grey levels ``0..255``.
     """
-    if config.cost is not Cost.FUSED:
-        raise ValueError(f"this is the matcher of the cost fused, not {config.cost}; take golden.labelling.match")
-    l, r = arms(left, config.fused)
-    n = support_sizes(l, r)
-    cost = fused_cost(left, right, config)
-    sums = support_sums(cost, l, r)
-    labels = labelling(sums, n, left, config)
-
-    stages = config.refinement
-    scale = SUB_PIXEL_SCALE if stages.sub_pixel else 1
-    passed = check(labels, right_view(cost, config), config) if stages.check else np.ones(labels.shape, dtype=bool)
-    found = sub_pixel_labels(sums, labels, passed) if stages.sub_pixel else labels
-    filled = fill(found, passed) if stages.fill else found
-    result = median(filled, config.fused.median) if stages.median else filled
-    return Fused(result + config.minimum * scale, passed, confidence(result, filled, passed, n, scale), scale)
+    found = stages(left, right, config)
+    scale = config.disparity_scale
+    filled = fill(found.found, found.passed) if config.refinement.fill else found.found
+    result = median(filled, config.fused.median) if config.refinement.median else filled
+    return Fused(result + config.minimum * scale, found.passed, confidence(result, filled, found.passed, found.n, scale), scale)
 
 
 def labelling_plain(sums, n, left, config: MatcherConfig):

@@ -6,12 +6,14 @@ What one stage gives the next one is given. Amaranth's simulator takes the paylo
 import numpy as np
 from amaranth.lib import data
 
-from golden.cost import cost_energy, local_disparity, matching_cost, sub_pixel_buffers, sub_pixels
+from golden.census import census
+from golden.cost import cost_energy, delayed, local_disparity, matching_cost, sub_pixel_buffers, sub_pixels
+from golden.fused import stages
 from golden.lines import line_store
 
 
-__all__ = ["bec_words", "bec_words_of", "between_frames", "buffers_words", "camera", "column_words", "comparable", "cost_words",
-           "disparity_words", "edata_words", "noise", "pack", "pixel_words", "sub_pixel_words"]
+__all__ = ["bec_words", "bec_words_of", "between_frames", "buffers_words", "camera", "checked_words", "column_words", "comparable",
+           "cost_words", "disparity_words", "edata_words", "engine_words", "noise", "pack", "pixel_words", "sub_pixel_words"]
 
 
 PARTS = ("pixel", "above", "below", "left")
@@ -43,6 +45,27 @@ def column_words(left, right):
     """Payloads of :class:`hdl.stream.ColumnWord`."""
     lines = {side: line_store(picture).tolist() for side, picture in (("left", left), ("right", right))}
     return [{**{side: dict(zip(("minus", "line", "plus"), line[y][x])) for side, line in lines.items()}, "below": 0, **flags}
+            for y, x, flags in _places(np.shape(left))]
+
+
+def engine_words(left, right, config):
+    """Payloads of the streaming engine's input, cost ``FUSED``: :class:`hdl.stream.CensusWord`, the line below behind the last one."""
+    right = delayed(right, config.minimum)
+    height, width = np.shape(left)
+    census_bits = {f"{side}_census": census(picture, config.fused).tolist() for side, picture in (("left", left), ("right", right))}
+    words = [{**word, **{name: bits[place // width][place % width] for name, bits in census_bits.items()}, "end": 0}
+             for place, word in enumerate(column_words(left, right))]
+    nothing = {"line": 0, "plus": 0}
+    return words + [{"left": {"minus": int(left[-1][x]), **nothing}, "right": {"minus": int(right[-1][x]), **nothing},
+                     "left_census": 0, "right_census": 0, "below": 1, "first": 0, "last": int(x == width - 1), "end": int(x == width - 1)}
+                    for x in range(width)]
+
+
+def checked_words(left, right, config):
+    """Payloads of the streaming engine's output, cost ``FUSED``: :class:`hdl.stream.LabelWord`."""
+    result = stages(left, right, config)
+    label = result.found.tolist()
+    return [{"label": label[y][x], "passed": int(result.passed[y, x]), "size": int(result.n[y, x]).bit_length(), **flags}
             for y, x, flags in _places(np.shape(left))]
 
 

@@ -1,0 +1,144 @@
+import numpy as np
+import pytest
+from amaranth import *
+from amaranth.lib import data, stream, wiring
+from amaranth.lib.wiring import In, Out
+from amaranth.sim import Simulator
+
+from golden.config import Arithmetic, Cost, FusedParameters, MatcherConfig
+from golden.fused import stages
+from golden.scenes import scene
+from hdl.bec_array import Queued
+from hdl.fused_array import FusedArray, signed_digits
+from hdl.stream import CensusWord
+from hdl.waves import WaveSource
+from sim.cases import engine_words, noise
+from sim.streams import send
+
+
+def config_of(labels, width, minimum=0, **fused):
+    return MatcherConfig(disparities=labels, max_width=width, arithmetic=Arithmetic.LINEAR, cost=Cost.FUSED, minimum=minimum,
+                         fused=FusedParameters(**fused))
+
+
+class Rig(wiring.Component):
+    """The array behind the source of its waves."""
+    def __init__(self, config, depth):
+        self.config = config
+        self.source = WaveSource(config)
+        self.array = FusedArray(config, depth)
+        label = range(config.disparities)
+        super().__init__({
+            "i": In(stream.Signature(CensusWord(config))), "go": In(1), "in_use": In(9), "minimum": In(8),
+            "queued": Out(Queued(config)), "queued_valid": Out(1), "right": Out(label), "right_valid": Out(1),
+            "address": In(range(depth)), "cost": Out(data.ArrayLayout(config.data_bits, config.disparities)),
+            "take": In(1), "n": Out(range(config.fused.support_max + 1)),
+        })
+
+    def elaborate(self, platform):
+        m = Module()
+        m.submodules.source = source = self.source
+        m.submodules.array = array = self.array
+        wiring.connect(m, wiring.flipped(self.i), source.i)
+        m.d.comb += [
+            source.go.eq(self.go), source.in_use.eq(self.in_use), source.minimum.eq(self.minimum),
+            array.wave.eq(source.wave), array.completion.eq(source.completion),
+            array.pixel.eq(source.pixel), array.pixel_valid.eq(source.pixel_valid),
+            self.queued.eq(array.queued), self.queued_valid.eq(array.queued_valid),
+            self.right.eq(array.right), self.right_valid.eq(array.right_valid),
+            array.address.eq(self.address), self.cost.eq(array.cost), array.take.eq(self.take), self.n.eq(array.n),
+        ]
+        return m
+
+
+def run(dut, pictures, configs, stall):
+    """Queued pixels, right labels; then every support sum and size, in the order of their pixels."""
+    rng = np.random.default_rng(7)
+    labels = configs[0].disparities
+    count = sum(left.size for left, _ in pictures)
+    queued, right, sums, sizes = [], [], [[None] * labels for _ in range(count)], []
+
+    async def source(ctx):
+        for (left, right_picture), config in zip(pictures, configs):
+            ctx.set(dut.in_use, config.labels_in_use)
+            ctx.set(dut.minimum, config.minimum)
+            await send(ctx, dut.i, engine_words(left, right_picture, config), rng=rng, stall=stall)
+        await ctx.tick().repeat(2 * dut.source.flush_waves + 3 * labels + 60)
+        for place in range(count + labels + 2):
+            ctx.set(dut.address, place if place < count else 0)
+            ctx.set(dut.take, place < count)
+            for d in range(labels):
+                if 0 <= place - 2 - d < count:
+                    sums[place - 2 - d][d] = 2**configs[0].data_bits - 1 - ctx.get(dut.cost)[d]
+            if 1 <= place <= count:
+                sizes.append(ctx.get(dut.n))
+            await ctx.tick()
+
+    async def steps(ctx):
+        while True:
+            ctx.set(dut.go, rng.random() >= stall)
+            await ctx.tick()
+
+    async def watch(ctx):
+        async for _, _, valid, word, right_valid, label in ctx.tick().sample(
+                dut.queued_valid, dut.queued, dut.right_valid, dut.right):
+            if valid:
+                queued.append((word.pixel.pixel, word.local, word.pixel.has_upper, word.pixel.has_lower, word.pixel.end))
+            if right_valid:
+                right.append(label)
+
+    simulator = Simulator(dut)
+    simulator.add_clock(1e-6)
+    simulator.add_testbench(source)
+    simulator.add_testbench(steps, background=True)
+    simulator.add_testbench(watch, background=True)
+    simulator.run()
+    return queued, right, sums, sizes
+
+
+@pytest.mark.parametrize("stall", [0.0, 0.3])
+@pytest.mark.parametrize("labels, width, height, fused", [
+    (2, 1, 1, {}), (2, 6, 3, {"reach": 0}), (3, 40, 2, {}), (5, 12, 3, {"reach": 31, "arm_threshold": 90}),
+    (13, 30, 2, {"census_rows": 3, "census_columns": 3, "census_weight": 127}), (13, 4, 3, {}),
+    (18, 40, 2, {"cost_factor": 7, "truncation": 200, "cost_outside": 77, "census_weight": 0}),
+    (33, 70, 1, {"cost_factor": 0, "cost_shift": 3, "reach": 3, "cost_outside": 255}),
+    (6, 20, 2, {"census_rows": 1, "census_columns": 1, "truncation": 1000, "cost_factor": 1, "cost_shift": 2}),
+])
+def test_matches_golden(labels, width, height, fused, stall):
+    """A scene, then noise with another least disparity, not all labels in use."""
+    configs = [config_of(labels, width, **fused),
+               config_of(labels, width, minimum=min(3, width), **fused)]
+    object.__setattr__(configs[1], "in_use", labels - labels // 3)
+    pictures = [scene(width, height, labels, seed=4)[:2], noise(width, height, seed=5).astype(np.uint8)]
+    dut = Rig(configs[0], 2 * width * height + 3)
+    queued, right, sums, sizes = run(dut, pictures, configs, stall)
+
+    results = [stages(*pair, config) for pair, config in zip(pictures, configs)]
+    assert sums == [values for result in results for values in result.sums.reshape(-1, labels).tolist()]
+    assert sizes == [n for result in results for n in result.n.ravel().tolist()]
+    # A pixel meets the local disparity of the pixel below it; below the last line there is none.
+    expected = []
+    for (left, _), result in zip(pictures, results):
+        local = np.argmin(result.sums, axis=-1)
+        for y in range(height):
+            below = local[y + 1].tolist() if y + 1 < height else [None] * width
+            expected += [(int(grey), b, int(y > 0), int(y + 1 < height), int(y + 1 == height and x == width - 1))
+                         for x, (grey, b) in enumerate(zip(left[y], below))]
+    assert [(grey, b if has_lower else None, *rest[:1], has_lower, *rest[1:])
+            for grey, b, has_upper, has_lower, end in queued for rest in [(has_upper, end)]] == expected
+    # In the columns of the delayed picture; those before the least disparity have no pixel.
+    at = iter(right)
+    for config, result in zip(configs, results):
+        for line in result.right:
+            got = [next(at) for _ in range(width)]
+            assert got[config.minimum:] == line[:max(width - config.minimum, 0)].tolist()
+    assert next(at, None) is None
+
+
+@pytest.mark.parametrize("constant", [0, 1, 2, 3, 7, 15, 47, 85, 127])
+def test_signed_digits(constant):
+    digits = signed_digits(constant)
+    assert sum(sign << shift if sign > 0 else -(1 << shift) for sign, shift in digits) == constant
+    assert len(digits) <= constant.bit_count()
+    shifts = [shift for _, shift in digits]
+    assert all(after - before > 1 for before, after in zip(shifts, shifts[1:]))

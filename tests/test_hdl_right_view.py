@@ -1,0 +1,54 @@
+import numpy as np
+import pytest
+
+from golden.config import Arithmetic, Cost, FusedParameters, MatcherConfig
+from golden.refine import check
+from hdl.right_view import LeftRightCheck
+from sim.clocked import run_clocked
+
+
+def config_of(labels, width, minimum=0, tolerance=1):
+    return MatcherConfig(disparities=labels, max_width=width, arithmetic=Arithmetic.LINEAR, cost=Cost.FUSED, minimum=minimum,
+                         fused=FusedParameters(tolerance=tolerance))
+
+
+@pytest.mark.parametrize("labels, width, minimum, tolerance", [
+    (2, 1, 0, 1), (2, 5, 0, 0), (13, 20, 0, 1), (13, 20, 3, 1), (16, 9, 0, 7), (80, 100, 0, 1), (80, 100, 255, 1), (128, 200, 37, 2),
+])
+def test_check(labels, width, minimum, tolerance):
+    """Right labels come a line before they are asked for, as far as the memory reaches; frames in a row, one of them unchecked."""
+    config = config_of(labels, width, minimum, tolerance)
+    rng = np.random.default_rng(1)
+    height = 3
+    expected, questions, answers = [], [], []
+    for enable in (1, 0, 1):
+        left = rng.integers(0, labels, (height, width))
+        # In the delayed picture's columns: what golden has at x - minimum.
+        seen = rng.integers(0, labels, (height, width))
+        matched = np.arange(width) - left - minimum
+        near = np.clip(left + rng.integers(-tolerance - 1, tolerance + 2, left.shape), 0, labels - 1)
+        for y, x in np.argwhere(matched >= 0):
+            seen[y, matched[y, x]] = near[y, x]
+        passed = check(left, seen, config)
+        expected += (passed | (not enable)).ravel().tolist()
+        delayed = np.concatenate([np.zeros((height, min(minimum, width)), dtype=int), seen[:, :max(width - minimum, 0)]], axis=1)
+        answers += delayed.ravel().tolist()
+        questions += [{"x": x, "label": int(left[y, x]), "enable": enable, "minimum": minimum} for y in range(height) for x in range(width)]
+    if width > 2 * labels and not minimum:
+        assert 0.1 < np.mean(expected) < 0.9
+
+    # The memory holds `depth` labels: as many as may come between a pixel's own and its question, and the labels to its left.
+    depth = width + labels
+    dut = LeftRightCheck(config, depth)
+    inputs, asked, come = [], [], 0
+    while len(asked) < len(questions):
+        cycle = {"right_valid": 0, "valid": 0}
+        if come < len(answers) and come - len(asked) < depth - labels and rng.random() < 0.8:
+            cycle |= {"right_valid": 1, "right": answers[come]}
+        if len(asked) + 1 <= come and (come - len(asked) >= width or come == len(answers)) and rng.random() < 0.8:
+            cycle |= {"valid": 1, **questions[len(asked)]}
+            asked.append(len(inputs))
+        come += cycle["right_valid"]
+        inputs.append(cycle)
+    out = run_clocked(dut, inputs, ["passed"], drain=dut.LATENCY, idle={"right_valid": 0, "valid": 0})
+    assert [out[cycle + dut.LATENCY]["passed"] for cycle in asked] == expected

@@ -1,0 +1,101 @@
+import numpy as np
+import pytest
+
+from golden.config import Arithmetic, Cost, FusedParameters, MatcherConfig
+from golden.support import arms
+from hdl.support import Arms, StepDelay, SupportSource
+from sim.clocked import run_clocked
+
+
+def config_of(reach, threshold=10):
+    return MatcherConfig(disparities=2, arithmetic=Arithmetic.LINEAR, cost=Cost.FUSED,
+                         fused=FusedParameters(reach=reach, arm_threshold=threshold))
+
+
+def lines(rng, threshold):
+    """Lines of few grey levels, some just like enough, some just unlike; of every width up to 70."""
+    near = [100, 100 + threshold, 101 + threshold, 100 - threshold, 99 - threshold, 0, 255]
+    for width in (1, 1, 2, 3, 40, 5, 70, 1, 33, 16, 17):
+        line = rng.choice(np.clip(near, 0, 255), (1, width), p=[0.58, 0.2, 0.02, 0.15, 0.01, 0.02, 0.02])
+        yield line.astype(np.uint8)
+    yield np.full((1, 66), 100, dtype=np.uint8)  # arms as long as they may be
+
+
+@pytest.mark.parametrize("stall", [0.0, 0.5])
+@pytest.mark.parametrize("steps", [1, 2, 17])
+def test_step_delay(steps, stall):
+    rng = np.random.default_rng(1)
+    inputs = [{"i": int(rng.integers(1, 256)), "step": int(rng.random() >= stall)} for _ in range(200)]
+    out = run_clocked(StepDelay(8, steps), inputs, ["o"], drain=2, idle={"step": 0})
+    came = [word["i"] for word in inputs if word["step"]]
+    at = [cycle for cycle, word in enumerate(inputs) if word["step"]]
+    assert [out[cycle + StepDelay.LATENCY]["o"] for cycle in at] == ([0] * steps + came)[:len(came)]
+
+
+@pytest.mark.parametrize("stall", [0.0, 0.4])
+@pytest.mark.parametrize("reach, threshold", [(0, 10), (1, 10), (2, 0), (3, 255), (16, 10), (31, 20)])
+def test_arms(reach, threshold, stall):
+    rng = np.random.default_rng(2)
+    given, expected = [], []
+    for line in lines(rng, threshold):
+        l, r = arms(line, config_of(reach, threshold).fused)
+        expected += zip(l[0].tolist(), r[0].tolist())
+        given += [{"step": 1, "fresh": int(x == 0), "grey": int(grey)} for x, grey in enumerate(line[0])]
+    given += [{"step": 1, "fresh": 1, "grey": 100}] * (reach + 1)  # steps without a pixel
+    inputs = []
+    for word in given:
+        while rng.random() < stall:
+            inputs.append({"step": 0, "fresh": int(rng.integers(2)), "grey": int(rng.integers(256))})
+        inputs.append(word)
+    dut = Arms(config_of(reach, threshold))
+    out = run_clocked(dut, inputs, ["l", "r"], drain=dut.LATENCY, idle={"step": 0})
+    at = [cycle + dut.LATENCY for cycle, word in enumerate(inputs) if word["step"]][reach + 1:]
+    assert [(out[cycle]["l"], out[cycle]["r"]) for cycle in at] == expected
+    lengths = {length for pair in expected for length in pair}
+    assert {0, reach} <= lengths
+
+
+@pytest.mark.parametrize("stall", [0.0, 0.4])
+@pytest.mark.parametrize("reach", [0, 3, 16, 31])
+def test_support_source(reach, stall):
+    """What the addresses lead to: rings as the groups keep them, here of the pixels' own numbers."""
+    config = config_of(reach)
+    rng = np.random.default_rng(3)
+    nothing = {"clear": 0, "complete": 0, "fresh": 0, "real": 0}
+    inputs, expected, number = [], [], 0
+
+    def put(completion, **pixel):
+        while rng.random() < stall:
+            inputs.append({"completion": {**nothing, "fresh": int(rng.integers(2))}, "pixel_valid": 0})
+        inputs.append({"completion": {**nothing, **completion}, "pixel_valid": 0, **pixel})
+
+    for line in lines(rng, 10):
+        l, r = arms(line, config.fused)
+        put({"clear": 1})
+        real = int(rng.integers(2))
+        for x, grey in enumerate(line[0].tolist()):
+            put({"complete": 1, "fresh": int(x == 0), "real": real}, pixel={"lower": grey, "pixel": number % 256}, pixel_valid=int(x != 1))
+            first, beyond = x - int(l[0, x]), x + int(r[0, x]) + 1
+            expected.append({"pixel": number % 256, "pixel_valid": int(x != 1), "real": real, "n": beyond - first,
+                             "sum": sum(line[0, first:beyond].tolist())})
+            number += 1
+    for _ in range(reach + 1):
+        put({"complete": 1, "fresh": 1})
+
+    latency = 7
+    dut = SupportSource(config, latency)
+    out = run_clocked(dut, inputs, ["sums", "ends", "slot"], drain=latency + 2, idle={"completion": nothing, "pixel_valid": 0})
+    ring, total, got = [0] * dut.ring_of(config), 0, []
+    for cycle, word in enumerate(out):
+        # A cycle after the sums come the ends: the ring is read before it is written anew.
+        slot = word["slot"]
+        if slot.pixel_valid or slot.real:
+            ends = word["ends"]
+            got.append({"pixel": slot.pixel.pixel, "pixel_valid": slot.pixel_valid, "real": slot.real, "n": slot.n,
+                        "sum": ring[ends.high] - ring[ends.low]})
+        completion = word["sums"].completion
+        if completion.clear or completion.complete:
+            ring[word["sums"].place] = total
+            grey = inputs[cycle - latency].get("pixel", {}).get("lower", 0)
+            total = 0 if completion.clear else total + grey
+    assert got == [word for word in expected if word["pixel_valid"] or word["real"]]
