@@ -6,12 +6,14 @@ What one stage gives the next one is given. Amaranth's simulator takes the paylo
 import numpy as np
 from amaranth.lib import data
 
+from golden.census import census
 from golden.cost import cost_energy, local_disparity, matching_cost, sub_pixel_buffers, sub_pixels
 from golden.lines import line_store
+from hdl.stream import line_names
 
 
-__all__ = ["bec_words", "bec_words_of", "between_frames", "buffers_words", "camera", "column_words", "comparable", "cost_words",
-           "disparity_words", "edata_words", "noise", "pack", "pixel_words", "sub_pixel_words"]
+__all__ = ["bec_words", "bec_words_of", "between_frames", "buffers_words", "camera", "census_words", "column_words", "comparable",
+           "cost_words", "disparity_words", "edata_words", "noise", "pack", "pixel_words", "sub_pixel_words"]
 
 
 PARTS = ("pixel", "above", "below", "left")
@@ -39,11 +41,19 @@ def pixel_words(left, right):
     return [{"left": left[y][x], "right": right[y][x], **flags} for y, x, flags in _places(np.shape(left))]
 
 
-def column_words(left, right):
+def column_words(left, right, rows=3):
     """Payloads of :class:`hdl.stream.ColumnWord`."""
-    lines = {side: line_store(picture).tolist() for side, picture in (("left", left), ("right", right))}
-    return [{**{side: dict(zip(("minus", "line", "plus"), line[y][x])) for side, line in lines.items()}, "below": 0, **flags}
+    lines = {side: line_store(picture, rows).tolist() for side, picture in (("left", left), ("right", right))}
+    names = line_names(rows)
+    return [{**{side: dict(zip(names, line[y][x])) for side, line in lines.items()}, "below": 0, **flags}
             for y, x, flags in _places(np.shape(left))]
+
+
+def census_words(left, right, config):
+    """Payloads of :class:`hdl.stream.CensusWord`."""
+    left_census, right_census = (census(picture, config.fused).tolist() for picture in (left, right))
+    return [{**word, "left_census": left_census[y][x], "right_census": right_census[y][x]}
+            for (y, x, _), word in zip(_places(np.shape(left)), column_words(left, right))]
 
 
 def _beside(left, y, x):
