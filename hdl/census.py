@@ -1,5 +1,7 @@
 """Census of both pictures at every pixel."""
 
+from itertools import pairwise
+
 from amaranth import *
 from amaranth.lib import stream, wiring
 from amaranth.lib.wiring import In, Out
@@ -73,7 +75,7 @@ class CensusStage(wiring.Component):
             m.d.sync += waiting[0].eq(0)
         with m.If(ready & (self.i.valid | repeat)):
             m.d.sync += [waiting.eq(Cat(waiting[1:], ~repeat)), closing.eq(Cat(closing[1:], ~repeat & self.i.p.last))]
-            m.d.sync += [column.eq(later) for column, later in zip(window, window[1:])]
+            m.d.sync += [column.eq(later) for column, later in pairwise(window)]
             with m.If(~repeat):
                 m.d.sync += [newest.eq(self.i.p), start.eq(self.i.p.last)]
                 with m.If(start):

@@ -8,7 +8,7 @@ from amaranth.lib.wiring import In, Out
 from golden.config import PIXEL_BITS, MatcherConfig
 
 from .delay import data_register
-from .stream import FLAGS, PixelPair, copy_flags
+from .stream import PixelPair, copy_flags
 
 
 __all__ = ["RightShift"]
