@@ -1,4 +1,4 @@
-"""What the line memories hold: the three lines around a pixel, and the costs of the line above."""
+"""What the line memories hold: the lines around a pixel, and the costs of the line above."""
 
 import numpy as np
 
@@ -6,26 +6,32 @@ import numpy as np
 __all__ = ["edata_memory", "line_store"]
 
 
-def line_store(picture):
+def line_store(picture, rows=3):
     """The pixels at ``(x, y-1)``, ``(x, y)``, ``(x, y+1)`` of every pixel; lines outside the picture repeat the nearest.
+
+    More rows go as far up as down.
 
     Parameters
     ----------
     picture : (H, W) integer ndarray
         Grey levels.
+    rows : int
+        Lines of a column, odd.
 
     Returns
     -------
-    (H, W, 3) ndarray
-        Grey levels: minus line, line, plus line.
+    (H, W, rows) ndarray
+        Grey levels from top to bottom; of three rows: minus line, line, plus line.
 
     Examples
     --------
     >>> line_store(np.array([[1], [2], [3]]))[:, 0].tolist()
     [[1, 1, 2], [1, 2, 3], [2, 3, 3]]
+    >>> line_store(np.array([[1], [2], [3]]), 5)[:, 0].tolist()
+    [[1, 1, 1, 2, 3], [1, 1, 2, 3, 3], [1, 2, 3, 3, 3]]
     """
-    padded = np.pad(picture, ((1, 1), (0, 0)), mode="edge")
-    return np.stack([padded[:-2], padded[1:-1], padded[2:]], axis=-1)
+    padded = np.pad(picture, ((rows // 2, rows // 2), (0, 0)), mode="edge")
+    return np.stack([padded[row:row + len(picture)] for row in range(rows)], axis=-1)
 
 
 def edata_memory(words):

@@ -1,29 +1,41 @@
 """Line memories: the line store in front of BEC, and the Edata memory between BEC and GC."""
 
+from functools import reduce
+from itertools import pairwise
+from operator import or_
+
 from amaranth import *
 from amaranth.lib import data, stream, wiring
 from amaranth.lib.fifo import SyncFIFOBuffered
-from amaranth.lib.memory import Memory
+from amaranth.lib.memory import Memory, ReadPort, WritePort
 from amaranth.lib.wiring import In, Out
+from amaranth.utils import ceil_log2
 
 from golden.config import PIXEL_BITS, MatcherConfig
 
 from .delay import StreamRegister
-from .stream import ColumnWord, PixelPair
+from .stream import ColumnWord, PixelPair, line_names
 
 
 __all__ = ["EdataMemory", "LineStore"]
 
 
+def _ports(memory, name):
+    """Read and write port, whose signals bear the name of the line that the memory holds."""
+    size = {"addr_width": ceil_log2(memory.depth), "shape": memory.shape}
+    return (ReadPort(ReadPort.Signature(**size), memory=memory, domain="sync", path=(f"{name}_read",)),
+            WritePort(WritePort.Signature(**size), memory=memory, domain="sync", path=(f"{name}_write",)))
+
+
 class LineStore(wiring.Component):
     """Plus Line, Line and Minus Line FIFOs of both pictures, and the control that moves lines through them (thesis figure 19).
 
-    Gives, for every pixel of a line, the pixels above and below it; lines outside the picture repeat the nearest. The golden
-    model is :func:`golden.lines.line_store`.
+    Gives, for every pixel of a line, the ``rows // 2`` pixels above and below it; lines outside the picture repeat the nearest. The
+    golden model is :func:`golden.lines.line_store`.
 
     The Plus Line FIFO takes pixels as they come. As pixel ``(x, y+1)`` leaves it, the Line memory gives up ``(x, y)`` and takes it,
     and the Minus Line memory gives up ``(x, y-1)`` and takes ``(x, y)``. After the pixel marked ``end``, the last line follows without
-    waiting for the next frame.
+    waiting for the next frame. More than three rows are more memories in that chain, and more last lines.
 
     Frames: the first line sets the width. What comes out is always rectangular and closed by ``end``, whatever comes in. A frame
     that is ragged raises ``error`` for one cycle, is cut after the line at fault (which repeats its last pixel if it was short) and
@@ -36,34 +48,40 @@ class LineStore(wiring.Component):
     Timing: at most one column a cycle; at a line's start one cycle more. ``o`` leaves a register. What the memories give passes through
     one too, because a memory block is slow to give its word.
 
-    Memory: ``2 * max_width * 16`` bits and the Plus Line FIFO, ``PLUS_DEPTH * 19`` bits. That FIFO is kept short: what waits in it
-    is latency, and three whole lines would be one more than the method needs.
+    Memory: ``(rows - 1) * max_width * 16`` bits and the Plus Line FIFO, ``PLUS_DEPTH * 19`` bits. That FIFO is kept short: what waits in it
+    is latency, and a whole line would be one more than the method needs.
 
     Parameters
     ----------
     config : :class:`MatcherConfig`
+    rows : int
+        Lines of a column: 3, 5 or 7.
     line_below : bool
 
     Members
     -------
     i : In(stream.Signature(PixelPair()))
-    o : Out(stream.Signature(ColumnWord()))
+    o : Out(stream.Signature(ColumnWord(rows)))
     error : Out(1)
     """
     PLUS_DEPTH = 32
 
-    def __init__(self, config: MatcherConfig, *, line_below=False):
+    def __init__(self, config: MatcherConfig, *, rows=3, line_below=False):
+        if rows not in range(3, 8, 2):
+            raise ValueError(f"a line store gives columns of 3, 5 or 7 lines, not {rows!r}")
         self.config = config
+        self.rows = rows
         self.line_below = line_below
         super().__init__({
             "i": In(stream.Signature(PixelPair())),
-            "o": Out(stream.Signature(ColumnWord())),
+            "o": Out(stream.Signature(ColumnWord(rows))),
             "error": Out(1),
         })
 
     def elaborate(self, platform):
         m = Module()
         max_width = self.config.max_width
+        reach = self.rows // 2
 
         # Plus Line FIFO.
         m.submodules.plus_fifo = fifo = SyncFIFOBuffered(width=self.i.p.shape().size, depth=self.PLUS_DEPTH)
@@ -76,20 +94,21 @@ class LineStore(wiring.Component):
 
         # Line and Minus Line memories: read a column, a cycle later write it back moved down by one line.
         pair = data.StructLayout({"left": PIXEL_BITS, "right": PIXEL_BITS})
-        m.submodules.line_memory = line_memory = Memory(shape=pair, depth=max_width, init=[])
-        m.submodules.minus_memory = minus_memory = Memory(shape=pair, depth=max_width, init=[])
-        line_read = line_memory.read_port()
-        line_write = line_memory.write_port()
-        minus_read = minus_memory.read_port()
-        minus_write = minus_memory.write_port()
+        coming, *stored = reversed(line_names(self.rows))
+        read, write = {}, {}
+        for name in stored:
+            m.submodules[f"{name}_memory"] = memory = Memory(shape=pair, depth=max_width, init=[])
+            read[name], write[name] = _ports(memory, name)
 
         # What is being issued to the memories in this cycle.
         x        = Signal(range(max_width))
         width    = Signal(range(max_width))  # of this frame, less one
         row_zero = Signal()                  # the first line: stored, nothing to give yet
-        row_one  = Signal()                  # the line after it: there is no line above the one that leaves
+        row_one  = Signal()                  # the line after it, and so on; at the last of these rows the first line leaves
+        row      = [row_zero, row_one, *(Signal(name=f"row_{n}") for n in range(2, reach + 1))]
         issue    = Signal()
         plus     = Signal(pair)
+        early    = Signal()                  # a line leaves after the last one has come, and others will
         flush    = Signal()
         below    = Signal()
 
@@ -103,7 +122,7 @@ class LineStore(wiring.Component):
         held_top   = Signal(reset_less=True)
         held_last  = Signal(reset_less=True)
         leave      = Signal()
-        m.submodules.column = column_register = StreamRegister(ColumnWord())
+        m.submodules.column = column_register = StreamRegister(ColumnWord(self.rows))
         wiring.connect(m, column_register.o, wiring.flipped(self.o))
         given = column_register.i
         m.d.comb += leave.eq(held & (given.ready | ~held_shown))
@@ -114,17 +133,31 @@ class LineStore(wiring.Component):
 
         with m.If(issue):
             m.d.sync += [
-                held.eq(1), held_shown.eq(~row_zero | flush), held_x.eq(x), held_plus.eq(plus), held_flush.eq(flush), held_below.eq(below),
-                held_top.eq(row_one), held_last.eq(x == width),
+                held.eq(1), held_shown.eq(~reduce(or_, row[:-1]) | flush), held_x.eq(x), held_plus.eq(plus), held_flush.eq(flush),
+                held_below.eq(below), held_top.eq(row[-1]), held_last.eq(x == width),
             ]
         with m.Elif(leave):
             m.d.sync += held.eq(0)
 
+        # Above the picture its first line comes again, and moves down with the others. Below it the last line does: it stays in the first
+        # memory until nothing more of it is wanted.
+        again, take = held_flush, leave
+        if reach > 1:
+            held_early = Signal(reset_less=True)
+            again, take = held_flush | held_early, leave & ~held_early
+            with m.If(issue):
+                m.d.sync += held_early.eq(early)
+        for name in stored:
+            m.d.comb += [read[name].addr.eq(x), read[name].en.eq(issue)]
+        for name, lower in zip(stored, (coming, *stored)):
+            if lower == coming:
+                moved = held_plus
+            elif lower.startswith("minus"):
+                moved = Cat(given.p.left[lower], given.p.right[lower])
+            else:
+                moved = read[lower].data
+            m.d.comb += [write[name].addr.eq(held_x), write[name].en.eq(take if lower == coming else leave), write[name].data.eq(moved)]
         m.d.comb += [
-            line_read.addr.eq(x), line_read.en.eq(issue),
-            minus_read.addr.eq(x), minus_read.en.eq(issue),
-            line_write.addr.eq(held_x), line_write.en.eq(leave), line_write.data.eq(held_plus),
-            minus_write.addr.eq(held_x), minus_write.en.eq(leave), minus_write.data.eq(line_read.data),
             given.valid.eq(held & held_shown),
             given.p.first.eq(held_top & (held_x == 0)),
             given.p.last.eq(held_last),
@@ -132,19 +165,20 @@ class LineStore(wiring.Component):
             given.p.below.eq(held_below),
         ]
         for column, side in ((given.p.left, "left"), (given.p.right, "right")):
-            m.d.comb += [
-                column.line.eq(line_read.data[side]),
-                column.minus.eq(Mux(held_top, line_read.data[side], minus_read.data[side])),
-                column.plus.eq(Mux(held_flush, line_read.data[side], held_plus[side])),
-            ]
+            pixel = {name: read[name].data[side] for name in stored}
+            for name in stored:
+                m.d.comb += column[name].eq(Mux(held_top, pixel["line"], pixel[name]) if name.startswith("minus") else pixel[name])
+            m.d.comb += column[coming].eq(Mux(again, pixel[stored[0]], held_plus[side]))
 
         # Control. `expected` distinguishes pixels that follow a good frame without `first` from the rest of a ragged one.
         expected = Signal(init=1)
+        next_row = [row_one.eq(0), *(row[n].eq(row[n - 1]) for n in range(2, reach + 1))]
+        last_lines = [*(f"last line but {n}" for n in range(reach - 1, 0, -1)), "last line"]
         with m.FSM():
             with m.State("between frames"):
                 with m.If(come.valid):
                     with m.If(head.first):
-                        m.d.sync += [x.eq(0), row_zero.eq(1), row_one.eq(0)]
+                        m.d.sync += [x.eq(0), row_zero.eq(1), *(later.eq(0) for later in row[1:])]
                         m.next = "line"
                     with m.Else():
                         m.d.comb += [come.ready.eq(1), self.error.eq(expected)]
@@ -157,7 +191,7 @@ class LineStore(wiring.Component):
                     with m.If(row_zero):
                         m.next = "between frames"  # nothing has been shown of this frame
                     with m.Elif(x == 0):
-                        m.next = "last line"
+                        m.next = last_lines[0]
                     with m.Else():
                         m.next = "pad"
                 with m.Elif(come.valid & can_issue):
@@ -169,18 +203,18 @@ class LineStore(wiring.Component):
                             m.d.sync += [x.eq(0), width.eq(x), row_zero.eq(0), row_one.eq(1)]
                             with m.If(head.end):
                                 m.d.sync += expected.eq(1)
-                                m.next = "last line"
+                                m.next = last_lines[0]
                         with m.Elif(x == max_width - 1):
                             m.d.comb += self.error.eq(1)
                             m.next = "between frames"
                     with m.Elif(x == width):
-                        m.d.sync += [x.eq(0), row_one.eq(0)]
+                        m.d.sync += [x.eq(0), *next_row]
                         with m.If(~closes):
                             m.d.comb += self.error.eq(1)
-                            m.next = "last line"
+                            m.next = last_lines[0]
                         with m.Elif(head.end):
                             m.d.sync += expected.eq(1)
-                            m.next = "last line"
+                            m.next = last_lines[0]
                     with m.Elif(closes):
                         m.d.comb += self.error.eq(1)
                         m.d.sync += expected.eq(head.end)
@@ -192,27 +226,22 @@ class LineStore(wiring.Component):
                     m.d.comb += issue.eq(1)
                     m.d.sync += x.eq(x + 1)
                     with m.If(x == width):
-                        m.d.sync += [x.eq(0), row_one.eq(0)]
-                        m.next = "last line"
+                        m.d.sync += [x.eq(0), *next_row]
+                        m.next = last_lines[0]
 
-            with m.State("last line"):
-                m.d.comb += flush.eq(1)
-                with m.If(can_issue):
-                    m.d.comb += issue.eq(1)
-                    m.d.sync += x.eq(x + 1)
-                    with m.If(x == width):
-                        m.d.sync += [x.eq(0), row_one.eq(0)]
-                        m.next = "line below" if self.line_below else "between frames"
-
-            if self.line_below:
-                with m.State("line below"):
-                    m.d.comb += [flush.eq(1), below.eq(1)]
+            # A state for each line that leaves after the last one has come, and one for the line below.
+            below_line = ["line below"] if self.line_below else []
+            for state, following in pairwise([*last_lines, *below_line, "between frames"]):
+                with m.State(state):
+                    m.d.comb += early.eq(1) if state in last_lines[:-1] else flush.eq(1)
+                    if state in below_line:
+                        m.d.comb += below.eq(1)
                     with m.If(can_issue):
                         m.d.comb += issue.eq(1)
                         m.d.sync += x.eq(x + 1)
                         with m.If(x == width):
-                            m.d.sync += x.eq(0)
-                            m.next = "between frames"
+                            m.d.sync += [x.eq(0), *([] if state in below_line else next_row)]
+                            m.next = following
         return m
 
 

@@ -10,10 +10,11 @@ from golden.census import census
 from golden.cost import cost_energy, delayed, local_disparity, matching_cost, sub_pixel_buffers, sub_pixels
 from golden.fused import stages
 from golden.lines import line_store
+from hdl.stream import line_names
 
 
-__all__ = ["bec_words", "bec_words_of", "between_frames", "buffers_words", "camera", "checked_words", "column_words", "comparable",
-           "cost_words", "disparity_words", "edata_words", "engine_words", "noise", "pack", "pixel_words", "sub_pixel_words"]
+__all__ = ["bec_words", "bec_words_of", "between_frames", "buffers_words", "camera", "census_words", "checked_words", "column_words",
+           "comparable", "cost_words", "disparity_words", "edata_words", "engine_words", "noise", "pack", "pixel_words", "sub_pixel_words"]
 
 
 PARTS = ("pixel", "above", "below", "left")
@@ -41,20 +42,26 @@ def pixel_words(left, right):
     return [{"left": left[y][x], "right": right[y][x], **flags} for y, x, flags in _places(np.shape(left))]
 
 
-def column_words(left, right):
+def column_words(left, right, rows=3):
     """Payloads of :class:`hdl.stream.ColumnWord`."""
-    lines = {side: line_store(picture).tolist() for side, picture in (("left", left), ("right", right))}
-    return [{**{side: dict(zip(("minus", "line", "plus"), line[y][x])) for side, line in lines.items()}, "below": 0, **flags}
+    lines = {side: line_store(picture, rows).tolist() for side, picture in (("left", left), ("right", right))}
+    names = line_names(rows)
+    return [{**{side: dict(zip(names, line[y][x])) for side, line in lines.items()}, "below": 0, **flags}
             for y, x, flags in _places(np.shape(left))]
+
+
+def census_words(left, right, config):
+    """Payloads of :class:`hdl.stream.CensusWord`."""
+    left_census, right_census = (census(picture, config.fused).tolist() for picture in (left, right))
+    return [{**word, "left_census": left_census[y][x], "right_census": right_census[y][x]}
+            for (y, x, _), word in zip(_places(np.shape(left)), column_words(left, right))]
 
 
 def engine_words(left, right, config):
     """Payloads of the streaming engine's input, cost ``FUSED``: :class:`hdl.stream.CensusWord`, the line below behind the last one."""
     right = delayed(right, config.minimum)
-    height, width = np.shape(left)
-    census_bits = {f"{side}_census": census(picture, config.fused).tolist() for side, picture in (("left", left), ("right", right))}
-    words = [{**word, **{name: bits[place // width][place % width] for name, bits in census_bits.items()}, "end": 0}
-             for place, word in enumerate(column_words(left, right))]
+    width = np.shape(left)[1]
+    words = [{**word, "end": 0} for word in census_words(left, right, config)]
     nothing = {"line": 0, "plus": 0}
     return words + [{"left": {"minus": int(left[-1][x]), **nothing}, "right": {"minus": int(right[-1][x]), **nothing},
                      "left_census": 0, "right_census": 0, "below": 1, "first": 0, "last": int(x == width - 1), "end": int(x == width - 1)}

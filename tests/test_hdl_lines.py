@@ -1,3 +1,5 @@
+# amaranth: UnusedElaboratable=no
+
 from itertools import pairwise
 
 import numpy as np
@@ -15,8 +17,12 @@ from sim.streams import check_rules, receive, run_stream, send
 MAX_WIDTH = 8
 
 
-def store(max_width=MAX_WIDTH):
-    return LineStore(MatcherConfig(disparities=2, max_width=max_width))
+ROWS = [3, 5, 7]
+ROWS_STALL = [(3, 0.0), (3, 0.4), (5, 0.0), (7, 0.4)]
+
+
+def store(max_width=MAX_WIDTH, rows=3, **options):
+    return LineStore(MatcherConfig(disparities=2, max_width=max_width), rows=rows, **options)
 
 
 def repaired(words, max_width=MAX_WIDTH):
@@ -104,42 +110,68 @@ def run_store(dut, words, count, *, stall=0.0, seed=1):
     return [comparable(word) for word in given], sum(pulses)
 
 
-def check(words, *, stall=0.0, seed=1, max_width=MAX_WIDTH):
+def check(words, *, stall=0.0, seed=1, max_width=MAX_WIDTH, rows=3):
     """The store does what :func:`repaired` says; returns that."""
     frames, errors = repaired(words, max_width)
-    expected = [word for frame in frames for word in column_words(*frame)]
-    given, pulses = run_store(store(max_width), words, len(expected), stall=stall, seed=seed)
+    expected = [word for frame in frames for word in column_words(*frame, rows)]
+    given, pulses = run_store(store(max_width, rows), words, len(expected), stall=stall, seed=seed)
     assert given == expected
     assert pulses == errors
     return frames, errors
 
 
-@pytest.mark.parametrize("stall", [0.0, 0.4])
+@pytest.mark.parametrize("rows, stall", [*ROWS_STALL, (5, 0.4), (7, 0.0)])
 @pytest.mark.parametrize("max_width", [1, 2, 5, 8])
-def test_matches_golden(max_width, stall):
+def test_matches_golden(rows, max_width, stall):
     """Frames of all sizes, in a row: each begins where another size left the memories."""
-    sizes = [(width, height) for height in (3, 1, 2, 4) for width in (max_width, 1, 2, 5) if width <= max_width]
+    sizes = [(width, height) for height in (3, 1, 2, 6, 5, 4) for width in (max_width, 1, 2, 5) if width <= max_width]
     pairs = [noise(*size, seed) for seed, size in enumerate(sizes)]
     words = [word for pair in pairs for word in pixel_words(*pair)]
-    frames, errors = check(words, stall=stall, max_width=max_width)
+    frames, errors = check(words, stall=stall, max_width=max_width, rows=rows)
     assert [frame.tolist() for frame in frames] == [pair.tolist() for pair in pairs]
     assert errors == 0
 
 
-def test_rate():
+@pytest.mark.parametrize("rows", ROWS)
+def test_rate(rows):
     """A column a cycle within a line, one cycle more between lines."""
     width, height = 8, 5
     cycles = {}
-    run_stream(store(), pixel_words(*noise(width, height, 1)), rng=np.random.default_rng(1), cycles=cycles)
+    run_stream(store(rows=rows), pixel_words(*noise(width, height, 1)), rng=np.random.default_rng(1), cycles=cycles)
     gaps = np.diff(cycles["o"]).reshape(-1)
     assert np.delete(gaps, slice(width - 1, None, width)).tolist() == [1] * (width - 1) * height
     assert gaps[width - 1::width].tolist() == [2] * (height - 1)
 
 
-def test_last_line_does_not_wait_for_the_next_frame():
+@pytest.mark.parametrize("rows", ROWS)
+def test_last_line_does_not_wait_for_the_next_frame(rows):
     """One frame and nothing after it: all of it comes out (run_stream would time out)."""
     words = pixel_words(*noise(5, 3, 1))
-    assert len(run_stream(store(), words, rng=np.random.default_rng(1), timeout=50)) == 15
+    assert len(run_stream(store(rows=rows), words, rng=np.random.default_rng(1), timeout=50)) == 15
+
+
+@pytest.mark.parametrize("stall", [0.0, 0.4])
+@pytest.mark.parametrize("rows", ROWS)
+def test_line_below(rows, stall):
+    """A line more after the last one: its minus pixels are those of the last one, and ``end`` is its own."""
+    pairs = [noise(width, height, height) for height in range(1, 7) for width in (5, 1)]
+    expected = []
+    for left, right in pairs:
+        words = column_words(left, right, rows)
+        beyond = [{**word, "below": 1} for word in words[-len(left[0]):]]
+        expected += [{**word, "end": 0} for word in words]
+        expected += [{**word, "first": 0, **{side: word[side]["line"] for side in ("left", "right")}} for word in beyond]
+    words = [word for pair in pairs for word in pixel_words(*pair)]
+    given, errors = run_store(store(rows=rows, line_below=True), words, len(expected), stall=stall)
+    given = [{**word, **{side: word[side]["minus"] for side in ("left", "right")}} if word["below"] else word for word in given]
+    assert given == expected
+    assert errors == 0
+
+
+@pytest.mark.parametrize("rows", [1, 4, 9])
+def test_bad_rows(rows):
+    with pytest.raises(ValueError, match=f"3, 5 or 7 lines, not {rows}"):
+        store(rows=rows)
 
 
 def frame(width=5, height=4, seed=0):
@@ -183,13 +215,13 @@ RAGGED = {
 }
 
 
-@pytest.mark.parametrize("stall", [0.0, 0.4])
+@pytest.mark.parametrize("rows, stall", ROWS_STALL)
 @pytest.mark.parametrize("case", RAGGED)
-def test_ragged(case, stall):
+def test_ragged(rows, case, stall):
     """The frame at fault is cut, what comes out is rectangular and closed, and the good frames around it are exact."""
     words, size, errors = RAGGED[case]
     before, after, smaller = noise(5, 3, 20), noise(5, 4, 21), noise(2, 2, 22)
-    frames, pulses = check([*pixel_words(*before), *words, *pixel_words(*after), *pixel_words(*smaller)], stall=stall)
+    frames, pulses = check([*pixel_words(*before), *words, *pixel_words(*after), *pixel_words(*smaller)], stall=stall, rows=rows)
     assert pulses == errors
     assert frames[0].tolist() == before.tolist()
     assert [frame.tolist() for frame in frames[-2:]] == [after.tolist(), smaller.tolist()]
@@ -203,8 +235,8 @@ def test_first_after_reset_may_be_missing():
     assert errors == 1
 
 
-@pytest.mark.parametrize("seed", range(6))
-def test_ragged_at_random(seed):
+@pytest.mark.parametrize("rows, seed", [(3, 0), (3, 1), (3, 2), (3, 3), (5, 4), (5, 5), (7, 6), (7, 7)])
+def test_ragged_at_random(rows, seed):
     """Flags at random, good frames between them."""
     rng = np.random.default_rng(seed)
     words = []
@@ -212,7 +244,7 @@ def test_ragged_at_random(seed):
         good = frame(int(rng.integers(1, MAX_WIDTH + 1)), int(rng.integers(1, 4)), int(rng.integers(1000)))
         bad = [{**word, **{flag: word[flag] ^ (rng.random() < 0.1) for flag in ("first", "last", "end")}} for word in good]
         words += [*bad, *good]
-    frames, errors = check(words, stall=0.3 * (seed % 2), seed=seed)
+    frames, errors = check(words, stall=0.3 * (seed % 2), seed=seed, rows=rows)
     assert len(frames) > 25
     assert errors > 5
 

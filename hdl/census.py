@@ -1,0 +1,96 @@
+"""Census of both pictures at every pixel."""
+
+from itertools import pairwise
+
+from amaranth import *
+from amaranth.lib import stream, wiring
+from amaranth.lib.wiring import In, Out
+
+from golden.config import MatcherConfig
+
+from .delay import data_register
+from .stream import CensusWord, ColumnWord, copy_flags, line_names
+
+
+__all__ = ["CensusStage"]
+
+
+class CensusStage(wiring.Component):
+    """Census of the left and of the right picture at every pixel, beside the three lines around it.
+
+    The golden model is :func:`golden.census.census`: a bit for each neighbour in the window, set where it is darker than the centre.
+
+    Columns go through a window as wide as the census. A line's first column fills it, and its last one comes again until the line has
+    left: pixels outside the picture repeat the nearest. The line store in front repeats lines and gives rectangular frames; this stage
+    relies on them. A word marked ``below`` passes as any other; its census means nothing.
+
+    Timing: a word leaves :attr:`latency` cycles after its own column came, if the next ones follow it at once. A line of ``W`` columns
+    takes ``W + census_columns // 2`` cycles; its last words do not wait for the next line. ``o`` leaves a register; ``i.ready`` depends
+    combinationally on ``o.ready``.
+
+    Parameters
+    ----------
+    config : :class:`MatcherConfig`
+
+    Members
+    -------
+    i : In(stream.Signature(ColumnWord(rows)))
+        As many :attr:`rows` as the census has, three at least.
+    o : Out(stream.Signature(CensusWord(config)))
+    """
+    def __init__(self, config: MatcherConfig):
+        self.config = config
+        self.rows = max(3, config.fused.census_rows)
+        super().__init__({
+            "i": In(stream.Signature(ColumnWord(self.rows))),
+            "o": Out(stream.Signature(CensusWord(config))),
+        })
+
+    @property
+    def latency(self):
+        """Cycles from a column to the census at it."""
+        return 2 + self.config.fused.census_columns // 2
+
+    def elaborate(self, platform):
+        m = Module()
+        columns = self.config.fused.census_columns
+        reach = columns // 2
+
+        # The window: its newest column is the rightmost. What it holds right of its centre has yet to leave.
+        window = [Signal(ColumnWord(self.rows), name=f"column_{n}", reset_less=True) for n in range(columns)]
+        newest, centre = window[-1], window[reach]
+        waiting = Signal(reach + 1)  # the column has yet to leave: a bit for each from the centre (bit 0) to the newest
+        closing = Signal(reach + 1)  # and it is the last of its line
+        start  = Signal(init=1)      # the next column is the first of its line
+        repeat = Signal()            # the line's last column comes again
+        ready  = Signal()
+        leave  = Signal()
+        m.d.comb += [
+            repeat.eq(closing[1:].any()),
+            ready.eq(~waiting[0] | self.o.ready | ~self.o.valid),
+            leave.eq(waiting[0] & ready),
+            self.i.ready.eq(ready & ~repeat),
+        ]
+        with m.If(leave):
+            m.d.sync += waiting[0].eq(0)
+        with m.If(ready & (self.i.valid | repeat)):
+            m.d.sync += [waiting.eq(Cat(waiting[1:], ~repeat)), closing.eq(Cat(closing[1:], ~repeat & self.i.p.last))]
+            m.d.sync += [column.eq(later) for column, later in pairwise(window)]
+            with m.If(~repeat):
+                m.d.sync += [newest.eq(self.i.p), start.eq(self.i.p.last)]
+                with m.If(start):
+                    m.d.sync += [column.eq(self.i.p) for column in window]
+
+        # Comparisons, straight into registers.
+        first_row = (self.rows - self.config.fused.census_rows) // 2
+        names = line_names(self.rows)[first_row:self.rows - first_row]
+        payload = data_register(m, self.o.payload)
+        with m.If(self.o.ready):
+            m.d.sync += self.o.valid.eq(0)
+        with m.If(leave):
+            m.d.sync += [self.o.valid.eq(1), payload.below.eq(centre.below), *copy_flags(payload, centre)]
+            for side in ("left", "right"):
+                neighbours = [column[side][name] for name in names for column in window if not (name == "line" and column is centre)]
+                m.d.sync += payload[f"{side}_census"].eq(Cat(pixel < centre[side].line for pixel in neighbours))
+                m.d.sync += [payload[side][name].eq(centre[side][name]) for name in line_names(3)]
+        return m

@@ -1,0 +1,100 @@
+"""Minimum disparity: the right picture moved, so that label 0 meets its match."""
+
+from amaranth import *
+from amaranth.lib import stream, wiring
+from amaranth.lib.memory import Memory
+from amaranth.lib.wiring import In, Out
+
+from golden.config import PIXEL_BITS, MatcherConfig
+
+from .delay import data_register
+from .stream import PixelPair, copy_flags
+
+
+__all__ = ["RightShift"]
+
+
+class RightShift(wiring.Component):
+    """Moves the right picture to the right by ``minimum`` pixels; the first pixel of a line is repeated.
+
+    The golden model is :func:`golden.cost.delayed`. The left pixel and the flags are not changed.
+
+    The last pixels of the right picture are in a ring of memory, which the oldest leaves as a new one comes. Before as many pixels of a
+    line have come the first one is given, so nothing depends on what the memory held. This stands in front of the line store: a frame
+    may be ragged. A line begins after a word with ``last`` or ``end`` and at ``first``, whatever came before.
+
+    Timing: latency :attr:`LATENCY` cycles; a word a cycle; ``i.ready`` depends combinationally on ``o.ready``. The memory's word passes
+    through a register.
+
+    Memory: ``256 * 8`` bits.
+
+    Parameters
+    ----------
+    config : :class:`MatcherConfig`
+
+    Members
+    -------
+    i : In(stream.Signature(PixelPair()))
+    o : Out(stream.Signature(PixelPair()))
+    minimum : In(range(256))
+        Pixels; sampled with the word marked ``first``.
+    """
+    LATENCY = 3
+
+    def __init__(self, config: MatcherConfig):
+        self.config = config
+        super().__init__({
+            "i": In(stream.Signature(PixelPair())),
+            "o": Out(stream.Signature(PixelPair())),
+            "minimum": In(range(config.MINIMUMS.stop)),
+        })
+
+    def elaborate(self, platform):
+        m = Module()
+        minimums = range(self.config.MINIMUMS.stop)
+        advance = Signal()
+        m.d.comb += [advance.eq(~self.o.valid | self.o.ready), self.i.ready.eq(advance)]
+
+        # Stage 1: the word, whether it begins a line, and the frame's minimum.
+        begins    = Signal(init=1)
+        s1_valid  = Signal()
+        s1_begins = Signal(reset_less=True)
+        s1        = Signal(PixelPair(), reset_less=True)
+        minimum   = Signal(minimums)
+        with m.If(advance):
+            m.d.sync += [s1_valid.eq(self.i.valid), s1.eq(self.i.p), s1_begins.eq(begins | self.i.p.first)]
+            with m.If(self.i.valid):
+                m.d.sync += begins.eq(self.i.p.last | self.i.p.end)
+                with m.If(self.i.p.first):
+                    m.d.sync += minimum.eq(self.minimum)
+
+        # Stage 2: the ring. Without a shift the word itself counts as first: what is written can not be read at once.
+        m.submodules.ring = ring = Memory(shape=PIXEL_BITS, depth=len(minimums), init=[])
+        read = ring.read_port()
+        write = ring.write_port()
+        place    = Signal(minimums)
+        left     = Signal(minimums, reset_less=True)  # pixels of this line that the first one still stands for
+        repeats  = Signal()
+        s2_valid = Signal()
+        s2       = Signal(PixelPair(), reset_less=True)
+        s2_first = Signal(PIXEL_BITS, reset_less=True)
+        s2_repeats = Signal(reset_less=True)
+        none = minimum == 0
+        m.d.comb += [
+            repeats.eq(s1_begins | none | (left != 0)),
+            write.addr.eq(place), write.data.eq(s1.right), write.en.eq(advance & s1_valid),
+            read.addr.eq(place - minimum), read.en.eq(advance),
+        ]
+        with m.If(advance):
+            m.d.sync += [s2_valid.eq(s1_valid), s2.eq(s1), s2_repeats.eq(repeats)]
+            with m.If(s1_valid):
+                m.d.sync += [place.eq(place + 1), left.eq(Mux(s1_begins, minimum, left - (left != 0)))]
+                with m.If(s1_begins | none):
+                    m.d.sync += s2_first.eq(s1.right)
+
+        # Stage 3: the memory's word or the first pixel.
+        payload = data_register(m, self.o.payload)
+        with m.If(advance):
+            m.d.sync += [self.o.valid.eq(s2_valid), payload.left.eq(s2.left), *copy_flags(payload, s2)]
+            m.d.sync += payload.right.eq(Mux(s2_repeats, s2_first, read.data))
+        return m
