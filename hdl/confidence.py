@@ -14,9 +14,10 @@ __all__ = ["Confidence", "VoteColumn"]
 
 
 class VoteColumn(data.StructLayout):
-    """Labels of :data:`golden.confidence.WINDOW` lines at the same ``x``, the topmost first, and whether they passed."""
+    """Labels of :data:`golden.confidence.WINDOW` lines at the same ``x``, the topmost first, whether they passed; size of the middle one."""
     def __init__(self, config: MatcherConfig):
-        super().__init__({"label": data.ArrayLayout(LabelWord(config)["label"].shape, WINDOW), "passed": WINDOW})
+        word = LabelWord(config)
+        super().__init__({"label": data.ArrayLayout(word["label"].shape, WINDOW), "passed": WINDOW, "size": word["size"].shape})
 
 
 class Confidence(wiring.Component):
@@ -42,8 +43,6 @@ class Confidence(wiring.Component):
         It is the first of its line.
     disparity : In(range(labels))
         In units of ``1 / disparity_scale`` pixel, as ``i``.
-    size : In(range(7))
-        Bit length of ``n``, of the same pixel as ``disparity``.
     center : Out(range(labels)), center_passed : Out(1)
     o : Out(CONFIDENCE_BITS)
     """
@@ -55,7 +54,6 @@ class Confidence(wiring.Component):
             "advance": In(1),
             "opens": In(1),
             "disparity": In(word["label"].shape),
-            "size": In(word["size"].shape),
             "center": Out(word["label"].shape),
             "center_passed": Out(1),
             "o": Out(CONFIDENCE_BITS),
@@ -96,9 +94,9 @@ class Confidence(wiring.Component):
             m.d.sync += vote.eq(Cat(agrees & ~double, agrees & double))
 
         # Their sum, and the size's; each level rounds up its number of terms, so that all take as long.
-        size = self.size
-        for n in range(3):
-            later = Signal.like(self.size, name=f"size_{n}", reset_less=True)
+        size = window[reach].size
+        for n in range(2):
+            later = Signal.like(size, name=f"size_{n}", reset_less=True)
             m.d.sync += later.eq(size)
             size = later
         terms = [*((vote, 2) for vote in votes), (size << 1, 2 * self.config.fused.support_max.bit_length())]
