@@ -7,14 +7,17 @@ import numpy as np
 from amaranth.lib import data
 
 from golden.census import census
+from golden.confidence import confidence
 from golden.cost import cost_energy, delayed, local_disparity, matching_cost, sub_pixel_buffers, sub_pixels
 from golden.fused import stages
 from golden.lines import line_store
+from golden.refine import median
 from hdl.stream import line_names
 
 
 __all__ = ["bec_words", "bec_words_of", "between_frames", "buffers_words", "camera", "census_words", "checked_words", "column_words",
-           "comparable", "cost_words", "disparity_words", "edata_words", "engine_words", "noise", "pack", "pixel_words", "sub_pixel_words"]
+           "comparable", "cost_words", "disparity_words", "edata_words", "engine_words", "label_words", "noise", "pack", "pixel_words",
+           "refined_words", "sub_pixel_words"]
 
 
 PARTS = ("pixel", "above", "below", "left")
@@ -140,6 +143,20 @@ def bec_words_of(left, right, config):
 def disparity_words(labels):
     """Payloads of :class:`hdl.stream.DisparityWord`."""
     return [{"disparity": int(labels[y, x]), **flags} for y, x, flags in _places(np.shape(labels))]
+
+
+def label_words(labels, passed, n):
+    """Payloads of :class:`hdl.stream.LabelWord`."""
+    return [{"label": int(labels[y, x]), "passed": int(passed[y, x]), "size": int(n[y, x]).bit_length(), **flags}
+            for y, x, flags in _places(np.shape(labels))]
+
+
+def refined_words(filled, passed, n, config, *, enable=True, minimum=0):
+    """Payloads of :class:`hdl.stream.DisparityWord` of the cost ``FUSED``: what the median and the confidence make of filled labels."""
+    result = median(filled, config.fused.median) if enable else filled
+    sure = confidence(result, filled, passed, n, config.disparity_scale)
+    return [{"disparity": int(result[y, x]) + minimum * config.disparity_scale, "passed": int(passed[y, x]), "confidence": int(sure[y, x]),
+             **flags} for y, x, flags in _places(np.shape(filled))]
 
 
 def camera(words, *, rng, gaps=0.0, line_gap=1, before=0, after=0):

@@ -1,0 +1,113 @@
+"""Confidence of a disparity: the votes of its neighbourhood."""
+
+from amaranth import *
+from amaranth.lib import data, wiring
+from amaranth.lib.wiring import In, Out
+
+from golden.confidence import CONFIDENCE_BITS, WINDOW
+from golden.config import MatcherConfig
+
+from .stream import LabelWord
+
+
+__all__ = ["Confidence", "VoteColumn"]
+
+
+class VoteColumn(data.StructLayout):
+    """Labels of :data:`golden.confidence.WINDOW` lines at the same ``x``, the topmost first, whether they passed; size of the middle one."""
+    def __init__(self, config: MatcherConfig):
+        word = LabelWord(config)
+        super().__init__({"label": data.ArrayLayout(word["label"].shape, WINDOW), "passed": WINDOW, "size": word["size"].shape})
+
+
+class Confidence(wiring.Component):
+    """Confidence ``(a + p + 2 * g) >> 2`` of a label within its window; the golden model is :func:`golden.confidence.confidence`.
+
+    Width: nothing is lost; ``25 + 25 + 2 * 6`` is the most, hence four bits.
+
+    Timing: a column a cycle while ``advance`` is high. A column completes the window of the pixel two columns before it: ``center`` is
+    that pixel in the same cycle, ``disparity`` is to be its label then, and ``o`` is its confidence :attr:`latency` cycles later.
+    Columns to the right of the picture are given by repetition; those to the left are made from the column that ``opens`` a line.
+
+    Parameters
+    ----------
+    config : :class:`MatcherConfig`
+        Of the cost ``FUSED``.
+
+    Members
+    -------
+    i : In(VoteColumn(config))
+    advance : In(1)
+        A column comes.
+    opens : In(1)
+        It is the first of its line.
+    disparity : In(range(labels))
+        In units of ``1 / disparity_scale`` pixel, as ``i``.
+    center : Out(range(labels)), center_passed : Out(1)
+    o : Out(CONFIDENCE_BITS)
+    """
+    def __init__(self, config: MatcherConfig):
+        self.config = config
+        word = LabelWord(config)
+        super().__init__({
+            "i": In(VoteColumn(config)),
+            "advance": In(1),
+            "opens": In(1),
+            "disparity": In(word["label"].shape),
+            "center": Out(word["label"].shape),
+            "center_passed": Out(1),
+            "o": Out(CONFIDENCE_BITS),
+        })
+
+    @property
+    def latency(self):
+        """Cycles: window, differences, votes, and the levels of a tree of their sum and the size."""
+        return 3 + (WINDOW * WINDOW).bit_length()
+
+    def elaborate(self, platform):
+        m = Module()
+        scale = self.config.disparity_scale
+        reach = WINDOW // 2
+
+        # The window; its first column is the newest.
+        window = [Signal(VoteColumn(self.config), name=f"column_{n}", reset_less=True) for n in range(WINDOW)]
+        m.d.comb += [self.center.eq(window[reach - 1].label[reach]), self.center_passed.eq(window[reach - 1].passed[reach])]
+        with m.If(self.advance):
+            for n, (column, newer) in enumerate(zip(window, [self.i, *window])):
+                m.d.sync += column.eq(Mux(self.opens, self.i, newer) if 0 < n <= reach else newer)
+        # Least label that agrees; below zero it wraps, and so do the differences.
+        greatest = self.config.disparities * scale - 1 + scale
+        least    = Signal(range(greatest + 1), reset_less=True)
+        m.d.sync += least.eq(self.disparity - scale)
+
+        # Differences, from 0 to twice the scale where labels agree. The others are greater: they wrap round once at most.
+        passed      = Signal(WINDOW * WINDOW, reset_less=True)
+        differences = [Signal(range(greatest + 1), name=f"difference_{n}", reset_less=True) for n in range(WINDOW * WINDOW)]
+        m.d.sync += passed.eq(Cat(column.passed for column in window))
+        labels = [label for column in window for label in column.label]
+        m.d.sync += [difference.eq(label - least) for difference, label in zip(differences, labels)]
+
+        # A vote, two if it passed.
+        votes = [Signal(range(3), name=f"votes_{n}", reset_less=True) for n in range(WINDOW * WINDOW)]
+        for vote, difference, double in zip(votes, differences, passed):
+            agrees = difference <= 2 * scale
+            m.d.sync += vote.eq(Cat(agrees & ~double, agrees & double))
+
+        # Their sum, and the size's; each level rounds up its number of terms, so that all take as long.
+        size = window[reach].size
+        for n in range(2):
+            later = Signal.like(size, name=f"size_{n}", reset_less=True)
+            m.d.sync += later.eq(size)
+            size = later
+        terms = [*((vote, 2) for vote in votes), (size << 1, 2 * self.config.fused.support_max.bit_length())]
+        level = 0
+        while len(terms) > 1:
+            sums = []
+            for n in range(0, len(terms), 2):
+                values, limits = zip(*terms[n:n + 2])
+                total = Signal(range(sum(limits) + 1), name=f"sum_{level}_{n // 2}", reset_less=True)
+                m.d.sync += total.eq(sum(values[1:], values[0]))
+                sums.append((total, sum(limits)))
+            terms, level = sums, level + 1
+        m.d.comb += self.o.eq(terms[0][0] >> 2)
+        return m
