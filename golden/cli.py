@@ -112,7 +112,8 @@ def add_minimum_option(parser: argparse.ArgumentParser) -> None:
         f"least disparity, pixels, {limits[0]} to {limits[-1]}: N disparities are M .. M + N - 1 (default: %(default)s)"))
 
 
-def method_config(options: argparse.Namespace, disparities: int, arithmetic: Arithmetic = Arithmetic.THESIS) -> MatcherConfig:
+def method_config(options: argparse.Namespace, disparities: int, arithmetic: Arithmetic = Arithmetic.THESIS,
+                  max_width: int = MatcherConfig.max_width) -> MatcherConfig:
     """The configuration that the options of :func:`add_method_options` ask for; :class:`UserError` if it cannot be.
 
     Parameters
@@ -134,7 +135,7 @@ def method_config(options: argparse.Namespace, disparities: int, arithmetic: Ari
         given += ["parameters"] * (options.parameters is not None)
         if given:
             raise UserError(f"--{given[0]} belongs to the cost fused; choose --cost fused or leave it out")
-        return matcher_config(options, disparities, options.arithmetic or arithmetic)
+        return matcher_config(options, disparities, options.arithmetic or arithmetic, max_width=max_width)
 
     if options.arithmetic not in (None, Arithmetic.LINEAR):
         raise UserError(f"--arithmetic {options.arithmetic} cannot make the fused cost; choose --arithmetic linear or --cost thesis")
@@ -146,15 +147,17 @@ def method_config(options: argparse.Namespace, disparities: int, arithmetic: Ari
     params = read_parameters(options.parameters) if options.parameters else FUSED_1
     with _parameters_are_options():
         return MatcherConfig(
-            disparities=disparities, arithmetic=Arithmetic.LINEAR, cost=Cost.FUSED, minimum=getattr(options, "minimum", 0),
+            disparities=disparities, arithmetic=Arithmetic.LINEAR, cost=Cost.FUSED, max_width=max_width,
+            minimum=getattr(options, "minimum", 0),
             fused=dataclasses.replace(params, **_given(options, *WEIGHTS)), refinement=Refinement(**stages, sub_pixel=options.sub_pixel))
 
 
 def add_gateware_options(parser: argparse.ArgumentParser) -> None:
-    """Add ``--engine`` and the options of :func:`add_matcher_options`, for :func:`gateware_config`."""
-    parser.add_argument("--engine", type=Engine, choices=list(Engine), metavar="streaming|sequential",
-                        help="one pixel a cycle, linear arithmetic; or as the thesis does (default: streaming, unless --arithmetic thesis)")
-    add_matcher_options(parser, default=None, otherwise="linear, with --engine sequential thesis")
+    """Add ``--engine``, ``--minimum`` and the options of :func:`add_method_options`, for :func:`gateware_config`."""
+    parser.add_argument("--engine", type=Engine, choices=list(Engine), metavar="streaming|sequential", help=(
+        "one pixel a cycle, linear arithmetic; or as the thesis does, its cost only (default: streaming, unless --arithmetic thesis)"))
+    add_minimum_option(parser)
+    add_method_options(parser, thesis="linear, with --engine sequential thesis")
 
 
 def gateware_config(options: argparse.Namespace, disparities: int, max_width: int = MatcherConfig.max_width) -> MatcherConfig:
@@ -169,11 +172,15 @@ def gateware_config(options: argparse.Namespace, disparities: int, max_width: in
     """
     if options.arithmetic is Arithmetic.FLOAT:
         raise UserError("--arithmetic float has no gateware; choose thesis or linear, or use python -m golden match")
+    if options.cost is Cost.FUSED and options.engine is Engine.SEQUENTIAL:
+        raise UserError("--engine sequential has no cost fused; choose --engine streaming or --cost thesis")
+    if options.cost is Cost.THESIS and options.minimum:
+        raise UserError(f"--minimum {options.minimum} belongs to the cost fused; choose --cost fused or leave it out")
     arithmetic = options.arithmetic or (Arithmetic.THESIS if options.engine is Engine.SEQUENTIAL else Arithmetic.LINEAR)
     engine = options.engine or (Engine.SEQUENTIAL if arithmetic is Arithmetic.THESIS else Engine.STREAMING)
-    if engine is Engine.STREAMING and arithmetic is Arithmetic.THESIS:
+    if engine is Engine.STREAMING and arithmetic is Arithmetic.THESIS and options.cost is Cost.THESIS:
         raise UserError("--arithmetic thesis cannot be computed by the streaming engine; choose --engine sequential or --arithmetic linear")
-    config = matcher_config(options, disparities, arithmetic, max_width=max_width)
+    config = method_config(options, disparities, arithmetic, max_width)
     if engine is Engine.SEQUENTIAL and disparities not in MatcherConfig.SEQUENTIAL_DISPARITIES:
         limits = MatcherConfig.SEQUENTIAL_DISPARITIES
         raise UserError(f"--disparities must be a whole number from {limits[0]} to {limits[-1]} with the sequential engine, "

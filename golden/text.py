@@ -1,7 +1,7 @@
 """Text pictures: what simulators read with ``$readmemh`` and write with ``$fwrite``.
 
-A comment line ``// WIDTH HEIGHT``, then one line for each picture row: its bytes as two hexadecimal digits, a space between them.
-A file holds one picture or several, one after another.
+A comment line ``// WIDTH HEIGHT``, then one line for each picture row: its bytes as two hexadecimal digits, or wider words as more of
+them, a space between them. A file holds one picture or several, one after another.
 """
 
 import os
@@ -21,7 +21,6 @@ __all__ = ["read_text", "write_text"]
 
 
 _HEADER = re.compile(r"// ([0-9]+) ([0-9]+)")
-_ROW = re.compile(r"[0-9a-f]{2}( [0-9a-f]{2})*")
 
 
 def write_text(file: str | os.PathLike[str] | BinaryIO, pictures: Iterable[NDArray[Any]]) -> None:
@@ -57,15 +56,22 @@ def write_text(file: str | os.PathLike[str] | BinaryIO, pictures: Iterable[NDArr
         file.write(text)
 
 
-def read_text(path: str | os.PathLike[str]) -> list[NDArray[np.uint8]]:
+def read_text(path: str | os.PathLike[str], digits: int = 2) -> list[NDArray[Any]]:
     """Read all pictures of a text file.
+
+    Parameters
+    ----------
+    digits : int
+        Hexadecimal digits a word, even, up to 8.
 
     Returns
     -------
-    list of (H, W) uint8 ndarray
-        At least one. :class:`UserError` if a header is missing, a row is missing, surplus or ragged, or a word is not two
-        lower-case hexadecimal digits (a simulator writes unknown bits as ``x``).
+    list of (H, W) ndarray
+        At least one; uint8, or uint32 of wider words. :class:`UserError` if a header is missing, a row is missing, surplus or ragged, or
+        a word is not ``digits`` lower-case hexadecimal digits (a simulator writes unknown bits as ``x``).
     """
+    row_form = re.compile(f"[0-9a-f]{{{digits}}}( [0-9a-f]{{{digits}}})*")
+    digits_text = {2: "bytes of two", 4: "words of four", 6: "words of six", 8: "words of eight"}[digits]
     try:
         lines = Path(path).read_text(encoding="ascii").splitlines()
     except UnicodeDecodeError:
@@ -73,7 +79,7 @@ def read_text(path: str | os.PathLike[str]) -> list[NDArray[np.uint8]]:
                         "'// WIDTH HEIGHT'") from None
     except OSError as error:
         raise UserError(f"cannot read {path}: {error.strerror}; give the name of a text picture") from error
-    pictures: list[NDArray[np.uint8]] = []
+    pictures: list[NDArray[Any]] = []
     at = 0
     while at < len(lines):
         header = _HEADER.fullmatch(lines[at])
@@ -84,13 +90,18 @@ def read_text(path: str | os.PathLike[str]) -> list[NDArray[np.uint8]]:
             raise UserError(f"{path} line {at + 1} gives the size {width}x{height}; a picture has at least 1x1 pixels")
         rows = lines[at + 1:at + 1 + height]
         for number, row in enumerate(rows, at + 2):
-            if _ROW.fullmatch(row) is None:
-                raise UserError(f"{path} line {number} is {row[:40]!r}; expected {width} bytes of two lower-case hexadecimal digits")
-            if (length := (len(row) + 1) // 3) != width:
+            if row_form.fullmatch(row) is None:
+                raise UserError(f"{path} line {number} is {row[:40]!r}; expected {width} {digits_text} lower-case hexadecimal digits")
+            if (length := (len(row) + 1) // (digits + 1)) != width:
                 raise UserError(f"{path} line {number} holds {length} bytes; expected {width}, the width in the header")
         if len(rows) != height:
             raise UserError(f"{path} ends after {len(rows)} rows of its picture {len(pictures) + 1}; expected {height}")
-        pictures.append(np.frombuffer(bytes.fromhex("".join(rows)), dtype=np.uint8).reshape(height, width).copy())
+        parts = np.frombuffer(bytes.fromhex("".join(rows)), dtype=np.uint8).reshape(height, width, digits // 2)
+        if digits == 2:
+            pictures.append(parts[..., 0].copy())
+        else:
+            weights = 1 << 8 * np.arange(digits // 2 - 1, -1, -1, dtype=np.uint32)
+            pictures.append((parts * weights).sum(axis=-1, dtype=np.uint32))
         at += 1 + height
     if not pictures:
         raise UserError(f"{path} is empty; a text picture starts with '// WIDTH HEIGHT'")

@@ -5,9 +5,11 @@ from amaranth.lib import wiring
 from amaranth.lib.cdc import FFSynchronizer
 from amaranth.lib.wiring import In, Out
 
-from golden.config import IN_USE_BITS, PIXEL_BITS, WEIGHT_BITS, MatcherConfig
+from golden.config import PIXEL_BITS, MatcherConfig
 
 from .matcher import Matcher
+from .settings import setting_ports
+from .stream import FLAGS, DisparityWord
 from .timing import FrameTiming
 
 
@@ -27,9 +29,10 @@ class FramedMatcher(wiring.Component):
         Asynchronous, low active; synchronised here.
     frame_valid, line_valid, pixel_valid, left, right, dropped
         As of :class:`hdl.timing.FrameTiming`.
-    disparity : Out(range(D)), disparity_valid : Out(1), disparity_ready : In(1)
-        The outgoing stream, in pixels, with ``disparity_first``, ``disparity_last``, ``disparity_end`` : Out(1).
-    u1, u2, u3, in_use, set_parameters, error, clear
+    disparity : Out, disparity_valid : Out(1), disparity_ready : In(1)
+        The outgoing stream, as :class:`hdl.stream.DisparityWord`, with ``disparity_first``, ``disparity_last``, ``disparity_end`` : Out(1),
+        and with the cost ``FUSED`` ``passed`` and ``confidence``.
+    error, clear, and the settings of :func:`hdl.settings.setting_ports`
         As of :class:`hdl.matcher.Matcher`.
     """
     def __init__(self, config: MatcherConfig):
@@ -37,6 +40,7 @@ class FramedMatcher(wiring.Component):
         # Two lines: what a camera may send at once while the matcher is still busy with the lines around a frame's end.
         self.timing = FrameTiming(max(64, 2 * config.max_width))
         self.matcher = Matcher(config)
+        self._fields = {name: field.shape for name, field in DisparityWord(config) if name not in FLAGS}
         super().__init__({
             "clk": In(1),
             "reset_n": In(1),
@@ -45,13 +49,9 @@ class FramedMatcher(wiring.Component):
             "pixel_valid": In(1),
             "left": In(PIXEL_BITS),
             "right": In(PIXEL_BITS),
-            "u1": In(WEIGHT_BITS),
-            "u2": In(WEIGHT_BITS),
-            "u3": In(WEIGHT_BITS),
-            "in_use": In(IN_USE_BITS),
-            "set_parameters": In(1),
+            **setting_ports(config),
             "clear": In(1),
-            "disparity": Out(range(config.disparities)),
+            **{name: Out(shape) for name, shape in self._fields.items()},
             "disparity_first": Out(1),
             "disparity_last": Out(1),
             "disparity_end": Out(1),
@@ -74,9 +74,10 @@ class FramedMatcher(wiring.Component):
         wiring.connect(m, timing.o, matcher.i)
         m.d.comb += [getattr(timing, name).eq(getattr(self, name))
                      for name in ("frame_valid", "line_valid", "pixel_valid", "left", "right")]
-        m.d.comb += [getattr(matcher, name).eq(getattr(self, name)) for name in ("u1", "u2", "u3", "in_use", "set_parameters", "clear")]
+        m.d.comb += [getattr(matcher, name).eq(getattr(self, name)) for name in (*setting_ports(self.config), "clear")]
+        m.d.comb += [getattr(self, name).eq(matcher.o.p[name]) for name in self._fields]
         m.d.comb += [
-            self.disparity.eq(matcher.o.p.disparity), self.disparity_first.eq(matcher.o.p.first),
+            self.disparity_first.eq(matcher.o.p.first),
             self.disparity_last.eq(matcher.o.p.last), self.disparity_end.eq(matcher.o.p.end),
             self.disparity_valid.eq(matcher.o.valid), matcher.o.ready.eq(self.disparity_ready),
             self.dropped.eq(timing.dropped), self.error.eq(matcher.error),

@@ -4,11 +4,16 @@ from amaranth import *
 from amaranth.lib import stream, wiring
 from amaranth.lib.wiring import In, Out
 
-from golden.config import IN_USE_BITS, WEIGHT_BITS, Arithmetic, Cost, Engine, MatcherConfig
+from golden.config import Arithmetic, Cost, Engine, MatcherConfig
 
 from .bec import Bec
+from .census import CensusStage
+from .fill import Fill
 from .lines import LineStore
+from .median import Median
 from .sequential import SequentialEngine
+from .settings import held_settings, setting_ports
+from .shift import RightShift
 from .stream import DisparityWord, PixelPair
 from .streaming import StreamingEngine
 
@@ -17,27 +22,26 @@ __all__ = ["Matcher"]
 
 
 class Matcher(wiring.Component):
-    """Disparities of a rectified pair by the one-pass rule (thesis figure 17); the golden model is :func:`golden.labelling.match`.
+    """Disparities of a rectified pair by the one-pass rule (thesis figure 17), by either method.
+
+    The golden models are :func:`golden.labelling.match`, and with the cost ``FUSED`` :func:`golden.fused.match`.
 
     The picture's size is learned from the flags of its pixels; any height, any width up to ``max_width``, a new one each frame. The last
     lines of a frame leave without waiting for the next frame. What a ragged frame does is told at :class:`hdl.lines.LineStore`.
 
-    Timing: a pixel each :attr:`clocks_per_pixel` cycles. A disparity leaves two lines and at most :attr:`latency_clocks` cycles after its
-    pixel came, if pixels are offered and disparities taken without a pause, lines are no shorter than :attr:`full_rate_width`, and the
-    matcher was empty as the frame began: a frame close behind another waits for the last two lines of that one.
+    Timing: a pixel each :attr:`clocks_per_pixel` cycles. A disparity leaves :attr:`latency_lines` lines and at most :attr:`latency_clocks`
+    cycles after its pixel came, if pixels are offered and disparities taken without a pause, lines are no shorter than
+    :attr:`full_rate_width`, and the matcher was empty as the frame began: a frame close behind another waits for that one's last lines.
 
     Members
     -------
     i : In(stream.Signature(PixelPair()))
     o : Out(stream.Signature(DisparityWord(config)))
-    u1, u2, u3 : In(WEIGHT_BITS)
-        Weights of the left, upper and lower neighbour, grey levels a pixel.
-    in_use : In(IN_USE_BITS)
-        Labels in use, ``1 .. D``; more are as many as there are. Those above cost what a candidate outside the picture does.
-    set_parameters : In(1)
-        Takes ``u1, u2, u3, in_use``; until its first pulse those of ``config`` are in force. BEC and engine sample them as the first pixel
-        of a frame reaches them, within about a line after it came. Set them between frames: before the first pixel of a frame is sent,
-        they hold for all of it; once its first disparity has come out, they hold from the next one on.
+    u1, u2, u3, in_use and more with the cost ``FUSED``, set_parameters : In
+        Settings, see :func:`hdl.settings.setting_ports`. ``set_parameters`` takes them; until its first pulse those of ``config`` are in
+        force. More labels in use than there are, are as many as there are. Each block samples what concerns it as the first pixel of a
+        frame reaches it. Set them between frames: before the first pixel of a frame is sent, they hold for all of it; once its first
+        disparity has come out, they hold from the next one on.
     error : Out(1)
         A ragged frame came; stays up until ``clear``.
     clear : In(1)
@@ -45,21 +49,25 @@ class Matcher(wiring.Component):
     def __init__(self, config: MatcherConfig):
         if config.arithmetic is Arithmetic.FLOAT:
             raise ValueError("the arithmetic float has no gateware; choose thesis or linear")
-        if config.cost is not Cost.THESIS or config.minimum:
-            raise ValueError(f"the gateware has the cost thesis and the minimum disparity 0, not {config.cost} and {config.minimum}")
+        self.fused = config.cost is Cost.FUSED
+        if self.fused and config.engine is not Engine.STREAMING:
+            raise ValueError(f"the cost fused is made by the engine streaming only, not {config.engine}")
+        if config.minimum and not self.fused:
+            raise ValueError(f"the cost thesis has gateware for the minimum disparity 0 only, not {config.minimum}")
         self.config = config
         self.streaming = config.engine is Engine.STREAMING
-        self.line_store = LineStore(config, line_below=self.streaming)
+        # The fused cost, in front of the engine and behind it.
+        self.shift_stage = RightShift(config) if self.fused else None
+        self.census_stage = CensusStage(config) if self.fused else None
+        self.fill_stage = Fill(config) if self.fused else None
+        self.median_stage = Median(config) if self.fused else None
+        self.line_store = LineStore(config, line_below=self.streaming, rows=self.census_stage.rows if self.census_stage else 3)
         self.bec = None if self.streaming else Bec(config)
         self.engine = StreamingEngine(config) if self.streaming else SequentialEngine(config)
         super().__init__({
             "i": In(stream.Signature(PixelPair())),
             "o": Out(stream.Signature(DisparityWord(config))),
-            "u1": In(WEIGHT_BITS),
-            "u2": In(WEIGHT_BITS),
-            "u3": In(WEIGHT_BITS),
-            "in_use": In(IN_USE_BITS),
-            "set_parameters": In(1),
+            **setting_ports(config),
             "error": Out(1),
             "clear": In(1),
         })
@@ -69,15 +77,28 @@ class Matcher(wiring.Component):
         """Cycles a pixel inside a line."""
         return self.engine.clocks_per_pixel
 
+    @property
+    def latency_lines(self):
+        """Lines from a pixel to its disparity: the window's below it, the one whose local disparities it needs, the refinement's."""
+        return self.line_store.rows // 2 + 1 + (self.fill_stage.LINES + self.median_stage.LINES if self.fused else 0)
+
+    @property
+    def line_clocks(self):
+        """Cycles that a line takes beyond its pixels, whichever stage takes the most."""
+        return max(2, self.config.fused.census_columns // 2) if self.fused else 2
+
     def frame_clocks(self, width, height):
         """Cycles from one frame's first disparity to the next one's, if pixels are offered and disparities taken without a pause.
 
-        A bound that is reached but for a few cycles a line, less closely by lines shorter than :attr:`full_rate_width`. The line that
-        arrives before the first can be labelled takes its time too.
+        A bound that is reached but for a few cycles a line, less closely by lines shorter than :attr:`full_rate_width`. The lines that
+        arrive before the first can be labelled take their time too.
         """
         if self.streaming:
-            # Two lines more than the picture has come and go; those with a line above them wait for its disparities.
-            return 3 * (width + 2) + (height - 1) * max(width + 2, self.engine.round_trip + 4)
+            # One line more than the picture has comes below it, and as many lines as the window has below a pixel; those with a line above
+            # them wait for its disparities.
+            flush = self.engine.source.flush_waves
+            line = width + self.line_clocks + (flush if width < self.config.disparities else 0)
+            return (self.line_store.rows // 2 + 2) * line + flush + (height - 1) * max(line, self.engine.round_trip + 4)
         # The first line fills the Edata memory at BEC's pace, or as the look-up tables are filled; then a line is labelled as the one
         # below it arrives.
         first = max(width * self.bec.clocks_per_pixel, self.engine.fill_clocks + 1)
@@ -90,36 +111,38 @@ class Matcher(wiring.Component):
 
     @property
     def latency_clocks(self):
-        """Bound of a disparity's latency beyond two lines of ``clocks_per_pixel`` a pixel, in cycles.
+        """Bound of a disparity's latency beyond :attr:`latency_lines` lines of ``clocks_per_pixel`` a pixel, in cycles.
 
         What waits in the Plus Line FIFO and in BEC's five stages goes at the pace of the loop; each of three line starts costs BEC's
         and the feeder's pipelines once more, and a frame's first line waits for the look-up tables.
         """
         if self.streaming:
-            return LineStore.PLUS_DEPTH + self.engine.latency + 18
+            around = 0
+            if self.fused:
+                around = RightShift.LATENCY + self.census_stage.latency + self.fill_stage.latency + self.median_stage.latency
+            return LineStore.PLUS_DEPTH + self.engine.latency + 6 * (self.line_clocks + 1) + around
         waiting = (LineStore.PLUS_DEPTH + 8) * self.clocks_per_pixel
         return waiting + 3 * (self.bec.latency + 2 * self.clocks_per_pixel)
 
     def elaborate(self, platform):
         m = Module()
-        m.submodules.line_store = self.line_store
-        m.submodules.engine = self.engine
-        wiring.connect(m, wiring.flipped(self.i), self.line_store.i)
-        if self.streaming:
-            wiring.connect(m, self.line_store.o, self.engine.i)
-        else:
-            m.submodules.bec = self.bec
-            wiring.connect(m, self.line_store.o, self.bec.i)
-            wiring.connect(m, self.bec.o, self.engine.i)
-        wiring.connect(m, self.engine.o, wiring.flipped(self.o))
+        blocks = {"shift": self.shift_stage, "line_store": self.line_store, "bec": self.bec, "census": self.census_stage,
+                  "engine": self.engine, "fill": self.fill_stage, "median": self.median_stage}
+        chain = {name: block for name, block in blocks.items() if block is not None}
+        source = wiring.flipped(self.i)
+        for name, block in chain.items():
+            m.submodules[name] = block
+            wiring.connect(m, source, block.i)
+            source = block.o
+        wiring.connect(m, source, wiring.flipped(self.o))
 
-        config = self.config
-        for name, block, default in (("u1", self.engine, config.u1), ("u2", self.engine, config.u2), ("u3", self.engine, config.u3),
-                                     ("in_use", self.engine if self.streaming else self.bec, config.labels_in_use)):
-            value = Signal.like(getattr(self, name), name=f"{name}_set", init=default)
-            with m.If(self.set_parameters):
-                m.d.sync += value.eq(getattr(self, name))
-            m.d.comb += getattr(block, name).eq(value)
+        settings = held_settings(m, self, self.config)
+        for name, value in settings.items():
+            enabled = chain.get(name)
+            if enabled is not None:
+                m.d.comb += enabled.enable.eq(value)  # a stage of the refinement, under the name of its switch
+        for block in chain.values():
+            m.d.comb += [getattr(block, name).eq(value) for name, value in settings.items() if name in block.signature.members]
 
         with m.If(self.line_store.error):
             m.d.sync += self.error.eq(1)

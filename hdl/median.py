@@ -1,7 +1,5 @@
 """The median of the labels, and what leaves the refinement: disparities with their confidence."""
 
-from typing import ClassVar
-
 from amaranth import *
 from amaranth.hdl import Mux
 from amaranth.lib import data, stream, wiring
@@ -10,7 +8,7 @@ from amaranth.lib.memory import Memory
 from amaranth.lib.wiring import In, Out
 
 from golden.confidence import WINDOW
-from golden.config import MatcherConfig
+from golden.config import MINIMUM_BITS, MatcherConfig
 
 from .confidence import Confidence, VoteColumn
 from .delay import Delay, StreamRegister, data_register
@@ -22,7 +20,6 @@ __all__ = ["LabelColumns", "Median", "MedianColumns", "SlotWord"]
 
 
 REACH = WINDOW // 2
-MINIMUM_BITS = (MatcherConfig.MINIMUMS[-1]).bit_length()
 
 
 class SlotWord(data.StructLayout):

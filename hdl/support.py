@@ -11,7 +11,7 @@ from .delay import Delay, data_register
 from .waves import Completion, Pixel
 
 
-__all__ = ["Arms", "Ends", "Slot", "StepDelay", "SupportSource", "SumWave"]
+__all__ = ["Arms", "Ends", "Slot", "StepDelay", "SumWave", "SupportSource"]
 
 
 class StepDelay(wiring.Component):

@@ -4,7 +4,7 @@ import re
 from dataclasses import dataclass, field
 
 
-__all__ = ["Instance", "Module", "modules", "clock_sources"]
+__all__ = ["Instance", "Module", "clock_sources", "modules"]
 
 
 _MODULE = re.compile(r"(?ms)^module (\w+)\((.*?)\);\n(.*?)^endmodule")

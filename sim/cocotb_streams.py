@@ -7,7 +7,7 @@ transfer*. The design's clock is ``dut.clk``; the drivers start and end right af
 from cocotb.triggers import ReadOnly, RisingEdge
 
 
-__all__ = ["TIMEOUT", "source", "sink", "drain", "check_rules"]
+__all__ = ["TIMEOUT", "check_rules", "drain", "sink", "source"]
 
 
 TIMEOUT = 10_000

@@ -4,22 +4,26 @@ import contextlib
 import os
 import threading
 import time
-from collections.abc import Callable
-from dataclasses import dataclass, field
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from golden.config import MatcherConfig
+from golden.config import Cost, MatcherConfig
 from golden.errors import UserError
 from golden.text import read_text, write_text
+from hdl.emit import write_verilog
+from hdl.matcher import Matcher
+from hdl.settings import defaults
+from hdl.stream import FLAGS, DisparityWord
 
 from .simulators import SimulationError, build, run
 
 
-__all__ = ["Frame", "Result", "emit", "simulate"]
+__all__ = ["Frame", "Result", "configured", "emit", "simulate"]
 
 
 _HARNESS = Path(__file__).with_name("harness.v")
@@ -58,8 +62,9 @@ class Result:
 
     Parameters
     ----------
-    labels : list of (H, W) uint8 ndarray
-        Disparities of each frame as the Verilog gave them.
+    labels : list of (H, W) ndarray
+        Disparities of each frame as the Verilog gave them, in units of ``1 / config.disparity_scale`` pixel; uint8, or int32 with the cost
+        ``FUSED``.
     frames : list of Frame
     report : dict of str to int
         What was counted over the whole run: ``clocks``, ``frames``, ``pixels_in``, ``pixels_out``, and the counts of faults, all 0.
@@ -67,13 +72,17 @@ class Result:
         Of simulation, from the first clock to the last.
     build_seconds : float
         Of emission and compilation; next to nothing where a build was there already.
+    passed, confidence : list of (H, W) ndarray
+        Of each frame; the cost ``FUSED`` only.
     """
-    labels: list[NDArray[np.uint8]]
+    labels: list[NDArray[Any]]
     frames: list[Frame]
     report: dict[str, int]
     seconds: float
     build_seconds: float
     waves: Path | None = field(default=None)
+    passed: list[NDArray[np.bool_]] = field(default_factory=list)
+    confidence: list[NDArray[np.uint8]] = field(default_factory=list)
 
     @property
     def clocks_per_second(self) -> float:
@@ -82,9 +91,18 @@ class Result:
 
 def emit(config: MatcherConfig, path: Path) -> Path:
     """Write the Verilog of the matcher, module ``matcher``; return the path."""
-    from hdl.emit import write_verilog
-    from hdl.matcher import Matcher
     return write_verilog(Matcher(config), path, name="matcher")
+
+
+def configured(config: MatcherConfig, settings: Mapping[str, int]) -> MatcherConfig:
+    """The configuration that the matcher of ``config`` has once ``settings`` are set, for the golden model."""
+    values = {**defaults(config), **settings}
+    weights = {name: values[name] for name in ("u1", "u2", "u3")}
+    if config.cost is not Cost.FUSED:
+        return replace(config, in_use=values["in_use"], **weights)
+    stages = {name: bool(values[name]) for name in ("check", "fill", "median")}
+    return replace(config, in_use=values["in_use"], minimum=values["minimum"], fused=replace(config.fused, **weights),
+                   refinement=replace(config.refinement, **stages))
 
 
 def _read_report(path: Path) -> tuple[dict[str, int], list[Frame], float]:
@@ -141,7 +159,7 @@ def _watch(path: Path, progress: Callable[[int], None] | None):
 
 
 def simulate(config: MatcherConfig, lefts, rights, *, simulator: str, work_dir: str | os.PathLike[str], stall_i: float = 0.0,
-             stall_o: float = 0.0, weights: tuple[int, int, int] | None = None, in_use: int | None = None, seed: int = 1,
+             stall_o: float = 0.0, settings: Mapping[str, int] | None = None, seed: int = 1,
              waves: bool = False, progress: Callable[[int], None] | None = None, stage: Callable[[str], None] = lambda text: None,
              verilog: str | os.PathLike[str] | None = None, timeout: int = 200_000) -> Result:
     """Run pictures through the Verilog of ``Matcher(config)``, one frame after another.
@@ -157,10 +175,9 @@ def simulate(config: MatcherConfig, lefts, rights, *, simulator: str, work_dir: 
         Folder for Verilog, builds, text pictures and logs. A build that is there is used again if nothing has changed.
     stall_i, stall_o : float
         Chance of an idle clock before a pixel pair, of a clock in which no disparity is taken; rounded to 1/256, below 1.
-    weights : (u1, u2, u3)
-        Given to the inputs; those of ``config``, built in, by default.
-    in_use : int
-        Labels in use, given with the weights; all by default, those of ``config`` if no weights are given.
+    settings : dict of str to int
+        Given to the inputs of these names, see :func:`hdl.settings.setting_ports`, the others as ``config`` has them; by default none is
+        set and those that are built in hold.
     seed : int
         Of the stalls.
     waves : bool
@@ -189,8 +206,10 @@ def simulate(config: MatcherConfig, lefts, rights, *, simulator: str, work_dir: 
         verilog = emit(config, work / "matcher.v")
     stage(f"Building for {simulator}")
     folder = work / f"{simulator}{'_waves' if waves else ''}"
-    label_bits = (config.disparities - 1).bit_length()
-    build(simulator, [verilog, _HARNESS], _TOP, folder, parameters={"LABEL_BITS": label_bits}, waves=waves)
+    fields = {name: (field.offset, field.width) for name, field in DisparityWord(config) if name not in FLAGS}
+    word_bits = sum(width for _, width in fields.values())
+    build(simulator, [verilog, _HARNESS], _TOP, folder, parameters={"WORD_BITS": word_bits},
+          defines={"FUSED": 1} if config.cost is Cost.FUSED else {}, waves=waves)
     build_seconds = time.perf_counter() - start
 
     files = {name: work / f"{name}.txt" for name in ("left", "right", "output", "report")}
@@ -200,12 +219,10 @@ def simulate(config: MatcherConfig, lefts, rights, *, simulator: str, work_dir: 
         files[name].unlink(missing_ok=True)
     # Relative to where the simulator runs: Verilog's file names are of limited length.
     plusargs = [f"+{name}={os.path.relpath(path, folder)}" for name, path in files.items()]
-    settings = {"stall_i": min(round(256 * stall_i), 255), "stall_o": min(round(256 * stall_o), 255), "seed": seed, "timeout": timeout}
-    if weights is not None:
-        settings |= dict(zip(("u1", "u2", "u3"), weights, strict=True))
-    if in_use is not None:
-        settings["in_use"] = in_use
-    plusargs += [f"+{name}={value}" for name, value in settings.items()]
+    numbers = {"stall_i": min(round(256 * stall_i), 255), "stall_o": min(round(256 * stall_o), 255), "seed": seed, "timeout": timeout}
+    if settings is not None:
+        numbers |= {name: int(value) for name, value in {**defaults(config), **settings}.items()}
+    plusargs += [f"+{name}={value}" for name, value in numbers.items()]
     waves_file = work / f"matcher.{'fst' if simulator == 'icarus' else 'vcd'}" if waves else None
 
     stage(f"Simulating with {simulator}")
@@ -214,10 +231,14 @@ def simulate(config: MatcherConfig, lefts, rights, *, simulator: str, work_dir: 
     report, frames, seconds = _read_report(files["report"])
     _check(report, sum(np.size(left) for left in lefts), len(lefts))
     try:
-        labels = read_text(files["output"])
+        words = read_text(files["output"], 6 if word_bits > 8 else 2)
     except UserError as error:
         raise SimulationError(f"the harness wrote a bad text picture: {error}") from error
-    return Result(labels, frames, report, seconds, build_seconds, waves_file)
+    if config.cost is not Cost.FUSED:
+        return Result(words, frames, report, seconds, build_seconds, waves_file)
+    parts = {name: [word >> offset & (1 << width) - 1 for word in words] for name, (offset, width) in fields.items()}
+    return Result([part.astype(np.int32) for part in parts["disparity"]], frames, report, seconds, build_seconds, waves_file,
+                  [part.astype(bool) for part in parts["passed"]], [part.astype(np.uint8) for part in parts["confidence"]])
 
 
 def _check(report: dict[str, Any], pixels: int, frames: int) -> None:

@@ -1,14 +1,17 @@
 // Bench around a matcher: reads the left and the right text picture, drives the stream of pixel pairs, takes the stream of
-// disparities, writes a text picture, and counts clocks. The language outside is needed at the start (`go`) and at the end (`done`)
+// disparities, writes a text picture (six digits a word where two are not enough), and counts clocks. The language outside is needed at the start (`go`) and at the end (`done`)
 // only: it would slow every clock. Verilog-2001 without delays, for Icarus and for Verilator without --timing.
 //
 // A file may hold several pictures: they are frames in a row, without a pause between them.
+//
+// FUSED is defined if the matcher has the settings of the cost fused.
 //
 // Plusargs: +left= +right= +output= +report=  files
 //           +stall_i= +stall_o=               chance of a stall in each clock, in 1/256; 0 by default
 //           +seed=                            of the stalls
 //           +u1= +u2= +u3=                    weights, all three; those the matcher was built with by default
 //           +in_use=                          labels in use, with the weights; all by default
+//           +minimum= +check= +fill= +median= the settings of the cost fused, with the weights; 0, 1, 1, 1 by default
 //           +timeout=                         clocks without a transfer after which the bench gives up; 200000 by default
 //
 // The report is lines of `key value`. All times are in clocks; latency counts from the clock in which a pixel pair is taken to the
@@ -16,7 +19,7 @@
 
 /* verilator lint_off BLKSEQ */
 module harness #(
-  parameter LABEL_BITS = 7       // up to 8
+  parameter WORD_BITS = 7        // of an outgoing word but its flags: up to 24
 ) (
   input      clk,
   input      rst,
@@ -35,14 +38,21 @@ module harness #(
   reg  [18:0]           i_payload;
   wire                  o_valid;
   reg                   o_ready;
-  wire [LABEL_BITS+2:0] o_payload;
+  wire [WORD_BITS+2:0] o_payload;
   reg  [5:0]            u1, u2, u3;
   reg  [8:0]            in_use;
+`ifdef FUSED
+  reg  [7:0]            minimum;
+  reg                   check, fill, median;
+`endif
   reg                   set_parameters;
   wire                  error;
 
   matcher dut(
     .clk(clk), .rst(rst), .u1(u1), .u2(u2), .u3(u3), .in_use(in_use), .set_parameters(set_parameters), .clear(1'b0), .error(error),
+`ifdef FUSED
+    .minimum(minimum), .check(check), .fill(fill), .median(median),
+`endif
     .i__valid(i_valid), .i__ready(i_ready), .i__payload(i_payload),
     .o__valid(o_valid), .o__ready(o_ready), .o__payload(o_payload));
 
@@ -74,14 +84,14 @@ module harness #(
   reg     seen;                 // the first word of the frame has been offered
   reg     held;
   reg     first, last, end_;
-  reg [7:0] label;
-  reg [LABEL_BITS+2:0] held_payload;
+  reg [23:0] word;
+  reg [WORD_BITS+2:0] held_payload;
 
   // Counters
 
   reg [31:0] clock, idle, drain, latency, offered_at, first_offered, latency_first, latency_max, first_given, flag_errors, rule_errors;
   reg [31:0] unknown_words, extra_words, random_i, random_o;
-  reg     running, finish, hang;
+  reg     running, settled, finish, hang;
 
   function [31:0] xorshift(input [31:0] x);
     reg [31:0] y;
@@ -113,7 +123,7 @@ module harness #(
   endtask
 
   initial begin
-    done = 0; running = 0; finish = 0; hang = 0; bad_files = 0;
+    done = 0; running = 0; settled = 0; finish = 0; hang = 0; bad_files = 0;
     i_valid = 0; i_payload = 0; o_ready = 0;
     in_open = 0; in_over = 0; new_offer = 1; seen = 0; held = 0; held_payload = 0;
     frames_read = 0; frames_begun = 0; frames_taken = 0; frames_given = 0; pixels_taken = 0; pixels_given = 0;
@@ -136,6 +146,20 @@ module harness #(
     weight = 256;
     rc = $value$plusargs("in_use=%d", weight);
     in_use = weight[8:0];
+`ifdef FUSED
+    weight = 0;
+    rc = $value$plusargs("minimum=%d", weight);
+    minimum = weight[7:0];
+    weight = 1;
+    rc = $value$plusargs("check=%d", weight);
+    check = weight[0];
+    weight = 1;
+    rc = $value$plusargs("fill=%d", weight);
+    fill = weight[0];
+    weight = 1;
+    rc = $value$plusargs("median=%d", weight);
+    median = weight[0];
+`endif
     rc = $value$plusargs("left=%s", left_name);
     rc = $value$plusargs("right=%s", right_name);
     rc = $value$plusargs("output=%s", output_name);
@@ -156,10 +180,13 @@ module harness #(
       if (!bad_files) next_picture;
       if (frames_read == 0) bad_files = 1;
       set_parameters <= given != 0;
-    end else
+    end else begin
+      // Nothing is offered before the settings are taken.
+      settled = running;
       set_parameters <= 0;
+    end
 
-    if (running) begin
+    if (running && settled) begin
       clock = clock + 1;
       idle = idle + 1;
       random_i = xorshift(random_i);
@@ -203,7 +230,7 @@ module harness #(
           first = out_x == 0 && out_y == 0;
           last = out_x == out_width - 1;
           end_ = last && out_y == out_height - 1;
-          if (o_payload[LABEL_BITS+2:LABEL_BITS] !== {end_, last, first}) flag_errors = flag_errors + 1;
+          if (o_payload[WORD_BITS+2:WORD_BITS] !== {end_, last, first}) flag_errors = flag_errors + 1;
           if (^o_payload === 1'bx) unknown_words = unknown_words + 1;
           latency = offered_at - taken_at[pixels_given[14:0]];
           pixels_given = pixels_given + 1;
@@ -215,9 +242,10 @@ module harness #(
           end
           if (latency > latency_max) latency_max = latency;
           if (out_x != 0) $fwrite(output_file, " ");
-          label = 0;
-          label[LABEL_BITS-1:0] = o_payload[LABEL_BITS-1:0];
-          $fwrite(output_file, "%02x", label);
+          word = 0;
+          word[WORD_BITS-1:0] = o_payload[WORD_BITS-1:0];
+          if (WORD_BITS > 8) $fwrite(output_file, "%06x", word);
+          else $fwrite(output_file, "%02x", word[7:0]);
           if (last) begin
             $fwrite(output_file, "\n");
             $fflush(output_file);   // whoever waits for the end can see how far it is

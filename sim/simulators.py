@@ -162,7 +162,7 @@ def lint(simulator, sources, toplevel):
         raise SimulationError(f"{simulator} does not take {toplevel}: {said[-2000:]}")
 
 
-def build(simulator, sources, toplevel, build_dir, *, parameters=None, debug=False, waves=False):
+def build(simulator, sources, toplevel, build_dir, *, parameters=None, defines=None, debug=False, waves=False):
     """Build ``sources`` for a simulator, unless the same build is there already.
 
     Parameters
@@ -175,8 +175,8 @@ def build(simulator, sources, toplevel, build_dir, *, parameters=None, debug=Fal
         Module that the bench sees.
     build_dir : path
         Folder of this build alone.
-    parameters : dict
-        Of the top-level module.
+    parameters, defines : dict
+        Parameters of the top-level module, macros.
     debug : bool
         Let the bench reach signals inside the design. Off, it sees the ports of ``toplevel`` only, and Verilator is five times faster.
     waves : bool
@@ -190,7 +190,7 @@ def build(simulator, sources, toplevel, build_dir, *, parameters=None, debug=Fal
     require(simulator)
     build_dir = Path(build_dir).resolve()
     sources = [Path(source).resolve() for source in sources]
-    parameters = dict(parameters or {})
+    parameters, defines = dict(parameters or {}), dict(defines or {})
     if simulator == "verilator":
         # With everything public the optimiser takes over ten minutes.
         changes = {"MAKEFLAGS": _MAKEFLAGS.format(fast="-O0" if debug else "-O2")}
@@ -202,7 +202,8 @@ def build(simulator, sources, toplevel, build_dir, *, parameters=None, debug=Fal
     stamp = build_dir / _STAMP
     digest = hashlib.sha256(b"\0".join(source.read_bytes() for source in sources))
     from cocotb import __version__ as version
-    digest.update(json.dumps([simulator, toplevel, parameters, arguments, changes, waves, version, sys.prefix, str(build_dir)]).encode())
+    wanted_build = [simulator, toplevel, parameters, defines, arguments, changes, waves, version, sys.prefix, str(build_dir)]
+    digest.update(json.dumps(wanted_build).encode())
     wanted = digest.hexdigest()
     with contextlib.suppress(OSError, ValueError):
         if json.loads(stamp.read_text())["digest"] == wanted:
@@ -215,8 +216,8 @@ def build(simulator, sources, toplevel, build_dir, *, parameters=None, debug=Fal
     with _environment(simulator, **changes):
         try:
             _runner(simulator).build(
-                sources=sources, hdl_toplevel=toplevel, parameters=parameters, build_args=arguments, build_dir=build_dir,
-                timescale=("1ns", "1ps"), waves=waves, always=True, log_file=log_file)
+                sources=sources, hdl_toplevel=toplevel, parameters=parameters, defines=defines, build_args=arguments,
+                build_dir=build_dir, timescale=("1ns", "1ps"), waves=waves, always=True, log_file=log_file)
         except RuntimeError as error:
             raise SimulationError(f"{simulator} did not build {toplevel}{_tail(log_file)}") from error
     seconds = time.perf_counter() - start

@@ -8,7 +8,7 @@ from amaranth.hdl import Value
 from amaranth.sim import Simulator
 
 
-__all__ = ["TIMEOUT", "send", "receive", "check_rules", "run_stream"]
+__all__ = ["TIMEOUT", "check_rules", "receive", "run_stream", "send"]
 
 
 TIMEOUT = 10_000

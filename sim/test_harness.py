@@ -79,7 +79,7 @@ def test_good(tmp_path, simulator):
     assert plain.frames[2].clocks_per_pixel == 1.0
 
     stalled = simulate(CONFIG, lefts, rights, simulator=simulator, work_dir=tmp_path, verilog=verilog, stall_i=0.5, stall_o=0.5,
-                       weights=(3, 0, 0))
+                       settings={"u1": 3, "u2": 0, "u3": 0})
     assert [labels.tolist() for labels in stalled.labels] == [((left + 3) % 16).tolist() for left in lefts]
     assert stalled.build_seconds < 0.5   # used again
     assert 2 < stalled.frames[2].clocks_per_pixel < 4

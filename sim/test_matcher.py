@@ -1,7 +1,5 @@
 """The whole matcher: emitted Verilog on text pictures, equal to the golden model in every pixel."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
@@ -9,11 +7,8 @@ from golden.config import Arithmetic, Engine, MatcherConfig
 from golden.dataset import data_folder, load_pair
 from golden.errors import UserError
 from golden.labelling import match
-from golden.scenes import discriminates, scene
-from hdl.emit import write_verilog
-from hdl.matcher import Matcher
-from sim.cases import noise
-from sim.harness import simulate
+from golden.scenes import discriminates
+from sim.matcher_bench import MatcherBench, names, pictures
 
 
 def config(disparities, arithmetic, fraction_bits=3, **settings):
@@ -22,59 +17,6 @@ def config(disparities, arithmetic, fraction_bits=3, **settings):
 
 def streaming(disparities, fraction_bits=3, **settings):
     return config(disparities, Arithmetic.LINEAR, fraction_bits, engine=Engine.STREAMING, **settings)
-
-
-def names(case):
-    """Of a parameter, for pytest."""
-    if isinstance(case, MatcherConfig):
-        fraction_bits = f"q{case.fraction_bits}" if case.arithmetic is Arithmetic.LINEAR else ""
-        return f"{case.engine}-{case.disparities}-{case.arithmetic}{fraction_bits}"
-    return "+".join(f"{width}x{height}" for width, height in case) if isinstance(case, list) else str(case)
-
-
-def pictures(sizes, labels):
-    """Scenes; noise where a picture is too narrow for one."""
-    pairs = [scene(width, height, labels, seed)[:2] if width > 2 else noise(width, height, seed).astype(np.uint8)
-             for seed, (width, height) in enumerate(sizes)]
-    return [left for left, _ in pairs], [right for _, right in pairs]
-
-
-class Bench:
-    """A matcher's Verilog, for many runs."""
-    def __init__(self, case, folder):
-        matcher = Matcher(case)
-        self.case = case
-        self.folder = folder
-        self.verilog = write_verilog(matcher, folder / "matcher.v", name="matcher")
-        self.clocks_per_pixel = matcher.clocks_per_pixel
-        self.latency_clocks = matcher.latency_clocks
-        self.full_rate_width = matcher.full_rate_width
-
-    def check(self, lefts, rights, simulator, *, weights=None, in_use=None, **arguments):
-        """Equal to golden in every pixel of every frame; no hang, no broken rule, no wrong flag, nothing surplus, no ``error``."""
-        result = simulate(self.case, lefts, rights, simulator=simulator, work_dir=self.folder, verilog=self.verilog, weights=weights,
-                          in_use=in_use, **arguments)
-        case = replace(self.case, in_use=in_use, **dict(zip(("u1", "u2", "u3"), weights or self.case.weights)))
-        for left, right, labels in zip(lefts, rights, result.labels, strict=True):
-            assert np.count_nonzero(labels != match(left, right, case)) == 0
-        assert result.report["pixels_in"] == result.report["pixels_out"] == sum(left.size for left in lefts)
-        for fault in ("hang", "error", "rule_errors", "flag_errors", "unknown_words", "extra_words"):
-            assert result.report[fault] == 0
-        return result
-
-    def check_timing(self, frames):
-        """Clocks per pixel, and latency, of frames given and taken without stalls."""
-        for number, frame in enumerate(frames):
-            # Frames in a row: the first lines of one wait while the last two lines of each before it leave.
-            width = max(frame.width for frame in frames[:number + 1])
-            if min(frame.width for frame in frames[:number + 1]) < self.full_rate_width:
-                continue  # nothing is promised of short lines: pixels come faster than disparities leave, and wait
-            assert frame.latency <= 2 * (number + 1) * width * self.clocks_per_pixel + self.latency_clocks
-        assert self.clocks_per_pixel <= 8
-        assert self.latency_clocks <= 400
-        first = frames[0]
-        # A line costs a few clocks more than its pixels.
-        assert first.clocks_per_pixel <= max(self.full_rate_width / first.width, self.clocks_per_pixel) + 40 / first.width
 
 
 # A matcher, and the sizes of the frames that it gets in a row: one that reaches its longest line among them.
@@ -118,12 +60,12 @@ def test_matches_golden(simulator, case, sizes, tmp_path):
     if any(width >= 2 * case.disparities and height > 1 for width, height in sizes):
         assert discriminates(found, case)
 
-    bench = Bench(case, tmp_path)
+    bench = MatcherBench(case, tmp_path)
     result = bench.check(lefts, rights, simulator)
     bench.check_timing(result.frames)
     bench.check(lefts, rights, simulator, stall_i=0.3, stall_o=0.3)
     bench.check(lefts, rights, simulator, stall_o=0.9, seed=2)
-    bench.check(lefts, rights, simulator, stall_i=0.8, seed=3, weights=(63, 1, 62), in_use=case.disparities // 2 + 1)
+    bench.check(lefts, rights, simulator, stall_i=0.8, seed=3, settings={"u1": 63, "u2": 1, "u3": 62, "in_use": case.disparities // 2 + 1})
 
 
 def middlebury(name):
@@ -143,7 +85,7 @@ def engines(disparities, max_width):
 @pytest.mark.parametrize("case", engines(16, 384), ids=names)
 def test_tsukuba(case, tmp_path):
     pair = middlebury("tsukuba")
-    bench = Bench(case, tmp_path)
+    bench = MatcherBench(case, tmp_path)
     result = bench.check([pair.left], [pair.right], "verilator")
     assert result.labels[0].shape == (288, 384)
     bench.check_timing(result.frames)
@@ -153,7 +95,7 @@ def test_tsukuba(case, tmp_path):
 def test_tsukuba_crop_on_icarus(case, tmp_path):
     pair = middlebury("tsukuba")
     crop = slice(150, 162), slice(200, 264)
-    bench = Bench(case, tmp_path)
+    bench = MatcherBench(case, tmp_path)
     bench.check([pair.left[crop]], [pair.right[crop]], "icarus", stall_o=0.1)
 
 
@@ -161,7 +103,7 @@ def test_tsukuba_crop_on_icarus(case, tmp_path):
 def test_256_labels(tmp_path):
     case = streaming(256, max_width=600)
     lefts, rights = pictures([(600, 5), (7, 3)], 256)
-    bench = Bench(case, tmp_path)
+    bench = MatcherBench(case, tmp_path)
     bench.check(lefts, rights, "verilator")
     bench.check(lefts, rights, "verilator", stall_i=0.3, stall_o=0.3)
 
@@ -171,6 +113,6 @@ def test_256_labels(tmp_path):
 def test_venus_teddy_cones(case, tmp_path):
     """As three frames in a row."""
     pairs = [middlebury(name) for name in ("venus", "teddy", "cones")]
-    bench = Bench(case, tmp_path)
+    bench = MatcherBench(case, tmp_path)
     result = bench.check([pair.left for pair in pairs], [pair.right for pair in pairs], "verilator")
     bench.check_timing(result.frames)

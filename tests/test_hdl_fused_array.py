@@ -1,3 +1,5 @@
+import itertools
+
 import numpy as np
 import pytest
 from amaranth import *
@@ -141,4 +143,4 @@ def test_signed_digits(constant):
     assert sum(sign << shift if sign > 0 else -(1 << shift) for sign, shift in digits) == constant
     assert len(digits) <= constant.bit_count()
     shifts = [shift for _, shift in digits]
-    assert all(after - before > 1 for before, after in zip(shifts, shifts[1:]))
+    assert all(after - before > 1 for before, after in itertools.pairwise(shifts))

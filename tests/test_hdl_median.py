@@ -1,6 +1,5 @@
 import numpy as np
 import pytest
-from amaranth.sim import Simulator
 
 from golden.config import Arithmetic, Cost, FusedParameters, MatcherConfig, Refinement
 from hdl.median import Median

@@ -1,0 +1,74 @@
+"""What benches of the whole matcher share: its Verilog, run on pictures and held against the golden model."""
+
+import numpy as np
+
+from golden import fused, labelling
+from golden.config import Arithmetic, Cost, MatcherConfig
+from golden.scenes import scene
+from hdl.emit import write_verilog
+from hdl.matcher import Matcher
+
+from .cases import noise
+from .harness import configured, simulate
+
+
+__all__ = ["MatcherBench", "names", "pictures"]
+
+
+def names(case):
+    """Of a parameter, for pytest."""
+    if isinstance(case, MatcherConfig):
+        cost = "-fused" if case.cost is Cost.FUSED else ""
+        fraction_bits = f"q{case.fraction_bits}" if case.arithmetic is Arithmetic.LINEAR and not cost else ""
+        return f"{case.engine}-{case.disparities}-{case.arithmetic}{fraction_bits}{cost}"
+    return "+".join(f"{width}x{height}" for width, height in case) if isinstance(case, list) else str(case)
+
+
+def pictures(sizes, labels):
+    """Scenes; noise where a picture is too narrow for one."""
+    pairs = [scene(width, height, labels, seed)[:2] if width > 2 else noise(width, height, seed).astype(np.uint8)
+             for seed, (width, height) in enumerate(sizes)]
+    return [left for left, _ in pairs], [right for _, right in pairs]
+
+
+class MatcherBench:
+    """A matcher's Verilog, for many runs."""
+    def __init__(self, case, folder):
+        self.matcher = Matcher(case)
+        self.case = case
+        self.folder = folder
+        self.verilog = write_verilog(self.matcher, folder / "matcher.v", name="matcher")
+
+    def check(self, lefts, rights, simulator, *, settings=None, **arguments):
+        """Equal to golden in every pixel of every frame; no hang, no broken rule, no wrong flag, nothing surplus, no ``error``."""
+        result = simulate(self.case, lefts, rights, simulator=simulator, work_dir=self.folder, verilog=self.verilog, settings=settings,
+                          **arguments)
+        case = configured(self.case, settings or {})
+        for number, (left, right, labels) in enumerate(zip(lefts, rights, result.labels, strict=True)):
+            if case.cost is Cost.FUSED:
+                golden = fused.match(left, right, case)
+                assert np.count_nonzero(labels != golden.disparity) == 0
+                assert np.count_nonzero(result.passed[number] != golden.passed) == 0
+                assert np.count_nonzero(result.confidence[number] != golden.confidence) == 0
+            else:
+                assert np.count_nonzero(labels != labelling.match(left, right, case)) == 0
+        assert result.report["pixels_in"] == result.report["pixels_out"] == sum(left.size for left in lefts)
+        for fault in ("hang", "error", "rule_errors", "flag_errors", "unknown_words", "extra_words"):
+            assert result.report[fault] == 0
+        return result
+
+    def check_timing(self, frames):
+        """Clocks per pixel, and latency, of frames given and taken without stalls."""
+        matcher = self.matcher
+        clocks = matcher.clocks_per_pixel
+        for number, frame in enumerate(frames):
+            # Frames in a row: the first lines of one wait while the last lines of each before it leave.
+            width = max(frame.width for frame in frames[:number + 1])
+            if min(frame.width for frame in frames[:number + 1]) < matcher.full_rate_width:
+                continue  # nothing is promised of short lines: pixels come faster than disparities leave, and wait
+            assert frame.latency <= (number + 1) * (matcher.latency_lines * width * clocks + matcher.latency_clocks)
+        assert clocks <= 8
+        assert (matcher.latency_lines, matcher.latency_clocks) <= ((2, 400) if self.case.cost is Cost.THESIS else (8, 1500))
+        first = frames[0]
+        # A line costs a few clocks more than its pixels.
+        assert first.clocks_per_pixel <= max(matcher.full_rate_width / first.width, clocks) + 40 / first.width

@@ -1,0 +1,83 @@
+"""The whole matcher with the cost fused: emitted Verilog on text pictures, equal to the golden model in every pixel."""
+
+import numpy as np
+import pytest
+
+from golden import fused
+from golden.config import Arithmetic, Cost, Engine, FusedParameters, MatcherConfig, Refinement
+from golden.scenes import discriminates
+from sim.matcher_bench import MatcherBench, names, pictures
+
+from .test_matcher import middlebury
+
+
+ALL = Refinement()
+
+
+def config(disparities, max_width, *, refinement=ALL, minimum=0, **parameters):
+    return MatcherConfig(disparities=disparities, max_width=max_width, arithmetic=Arithmetic.LINEAR, engine=Engine.STREAMING,
+                         cost=Cost.FUSED, refinement=refinement, minimum=minimum, fused=FusedParameters(**parameters))
+
+
+# A matcher, the sizes of the frames that it gets in a row, one that reaches its longest line among them, and the settings of a last run.
+CASES = [
+    (config(2, 5), [(5, 3), (1, 1), (2, 2), (5, 1)], {"check": 0}),
+    (config(2, 300), [(300, 4), (33, 3)], {"median": 0}),
+    (config(3, 64, reach=0, census_rows=3, census_columns=3), [(64, 6), (1, 7), (2, 2)], {"fill": 0}),
+    (config(13, 64), [(64, 6), (37, 11), (5, 3)], {"minimum": 7}),
+    (config(13, 37, reach=31, arm_threshold=60, median=3), [(37, 11), (12, 5), (1, 1)], {"fill": 0, "median": 0}),
+    (config(17, 50, census_rows=7, census_columns=9, census_weight=25), [(50, 9), (16, 2), (17, 2)], {"minimum": 255}),
+    (config(26, 99, cost_factor=0, census_weight=85, cost_shift=4), [(99, 8), (5, 3)], {"check": 0, "fill": 0, "median": 0}),
+    (config(39, 160), [(150, 33), (1, 1), (37, 11), (160, 3)], {"u1": 63, "u2": 1, "u3": 62, "in_use": 20}),
+    (config(39, 161, refinement=Refinement(check=False), minimum=3), [(161, 9)], {"check": 1, "minimum": 0}),
+    (config(60, 180, refinement=Refinement(fill=False)), [(180, 11), (59, 2)], {"fill": 1, "in_use": 1}),
+    (config(80, 192, refinement=Refinement(median=False)), [(192, 12), (5, 3), (161, 4)], {"median": 1}),
+    (config(128, 300), [(300, 7), (5, 3), (257, 2)], {"minimum": 40}),
+]
+SMALL = [
+    (config(2, 1), [(1, 1), (1, 2)], {"median": 0}),
+    (config(13, 40), [(37, 11), (1, 1), (40, 2)], {"check": 0}),
+]
+
+
+@pytest.mark.parametrize("simulator, case, sizes, settings",
+                         [("verilator", *case) for case in CASES] + [("icarus", *case) for case in SMALL], ids=names)
+def test_matches_golden(simulator, case, sizes, settings, tmp_path):
+    """Frames of different sizes in a row, without and with stalls at both ends, on one build; then with other settings."""
+    lefts, rights = pictures(sizes, case.disparities)
+    results = [fused.match(left, right, case) for left, right in zip(lefts, rights)]
+    found = np.concatenate([result.disparity.ravel() - case.minimum for result in results])
+    if any(width >= 2 * case.disparities and height > 2 for width, height in sizes):
+        assert {0, case.disparities - 1} <= set(found.tolist())
+        assert 0 < np.mean(np.concatenate([result.passed.ravel() for result in results])) <= 1
+
+    bench = MatcherBench(case, tmp_path)
+    result = bench.check(lefts, rights, simulator)
+    bench.check_timing(result.frames)
+    bench.check(lefts, rights, simulator, stall_i=0.3, stall_o=0.3)
+    bench.check(lefts, rights, simulator, stall_o=0.9, seed=2)
+    bench.check(lefts, rights, simulator, stall_i=0.8, seed=3, settings=settings)
+
+
+def test_scene_tells_labels_apart():
+    """What the cases above are fed tells right from nearly right, with the second method too."""
+    case = config(39, 160)
+    (left, *_), (right, *_) = pictures([(160, 33)], 39)
+    assert discriminates(fused.stages(left, right, case).found, case)
+
+
+def test_tsukuba(tmp_path):
+    pair = middlebury("tsukuba")
+    bench = MatcherBench(config(16, 384), tmp_path)
+    result = bench.check([pair.left], [pair.right], "verilator")
+    assert result.labels[0].shape == (288, 384)
+    bench.check_timing(result.frames)
+
+
+@pytest.mark.slow
+def test_venus_teddy_cones(tmp_path):
+    """As three frames in a row."""
+    pairs = [middlebury(name) for name in ("venus", "teddy", "cones")]
+    bench = MatcherBench(config(60, 450), tmp_path)
+    result = bench.check([pair.left for pair in pairs], [pair.right for pair in pairs], "verilator")
+    bench.check_timing(result.frames)
