@@ -150,13 +150,8 @@ class LineStore(wiring.Component):
         for name in stored:
             m.d.comb += [read[name].addr.eq(x), read[name].en.eq(issue)]
         for name, lower in zip(stored, (coming, *stored)):
-            if lower == coming:
-                moved = held_plus
-            elif lower.startswith("minus"):
-                moved = Cat(given.p.left[lower], given.p.right[lower])
-            else:
-                moved = read[lower].data
-            m.d.comb += [write[name].addr.eq(held_x), write[name].en.eq(take if lower == coming else leave), write[name].data.eq(moved)]
+            m.d.comb += [write[name].addr.eq(held_x), write[name].en.eq(take if lower == coming else leave)]
+            m.d.comb += write[name].data.eq(held_plus if lower == coming else Cat(given.p.left[lower], given.p.right[lower]))
         m.d.comb += [
             given.valid.eq(held & held_shown),
             given.p.first.eq(held_top & (held_x == 0)),
@@ -178,7 +173,7 @@ class LineStore(wiring.Component):
             with m.State("between frames"):
                 with m.If(come.valid):
                     with m.If(head.first):
-                        m.d.sync += [x.eq(0), row_zero.eq(1), *(later.eq(0) for later in row[1:])]
+                        m.d.sync += [x.eq(0), row_zero.eq(1), row_one.eq(0)]
                         m.next = "line"
                     with m.Else():
                         m.d.comb += [come.ready.eq(1), self.error.eq(expected)]
