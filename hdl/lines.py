@@ -35,7 +35,8 @@ class LineStore(wiring.Component):
 
     The Plus Line FIFO takes pixels as they come. As pixel ``(x, y+1)`` leaves it, the Line memory gives up ``(x, y)`` and takes it,
     and the Minus Line memory gives up ``(x, y-1)`` and takes ``(x, y)``. After the pixel marked ``end``, the last line follows without
-    waiting for the next frame. More than three rows are more memories in that chain, and more last lines.
+    waiting for the next frame. More than three rows are more memories in that chain, and ``rows // 2`` last lines.
+    While these leave, no more of the next frame is taken than the FIFO holds.
 
     Frames: the first line sets the width. What comes out is always rectangular and closed by ``end``, whatever comes in. A frame
     that is ragged raises ``error`` for one cycle, is cut after the line at fault (which repeats its last pixel if it was short) and
