@@ -24,9 +24,9 @@ class CensusStage(wiring.Component):
     left: pixels outside the picture repeat the nearest. The line store in front repeats lines and gives rectangular frames; this stage
     relies on them. A word marked ``below`` passes as any other; its census means nothing.
 
-    Timing: a word leaves :attr:`latency` cycles after its own column came, if the next ones follow it at once. A line of ``W`` columns
-    takes ``W + census_columns // 2`` cycles; its last words do not wait for the next line. ``o`` leaves a register; ``i.ready`` depends
-    combinationally on ``o.ready``.
+    Timing: a word leaves :attr:`latency` cycles after its own column came, if the next ones follow it at once and no line is before it.
+    A line of ``W`` columns takes ``W + census_columns // 2`` cycles; its last words do not wait for the next line. ``o`` and ``i.ready``
+    leave registers.
 
     Parameters
     ----------
@@ -56,30 +56,38 @@ class CensusStage(wiring.Component):
         columns = self.config.fused.census_columns
         reach = columns // 2
 
+        # A column that cannot go on waits here, so that `i.ready` comes from a register: the line store decides much by it.
+        spare       = Signal(ColumnWord(self.rows), reset_less=True)
+        spare_valid = Signal()
+        come        = Signal(ColumnWord(self.rows))
+        come_valid  = Signal()
+        come_ready  = Signal()
+        m.d.comb += [self.i.ready.eq(~spare_valid), come.eq(Mux(spare_valid, spare, self.i.p)), come_valid.eq(spare_valid | self.i.valid)]
+        m.d.sync += spare_valid.eq(come_valid & ~come_ready)
+        with m.If(~spare_valid):
+            m.d.sync += spare.eq(self.i.p)
+
         # The window: its newest column is the rightmost. What it holds right of its centre has yet to leave.
         window = [Signal(ColumnWord(self.rows), name=f"column_{n}", reset_less=True) for n in range(columns)]
         newest, centre = window[-1], window[reach]
-        waiting = Signal(reach + 1)  # the column has yet to leave: a bit for each from the centre (bit 0) to the newest
-        closing = Signal(reach + 1)  # and it is the last of its line
-        start  = Signal(init=1)      # the next column is the first of its line
-        repeat = Signal()            # the line's last column comes again
-        ready  = Signal()
-        leave  = Signal()
+        waiting = Signal(reach + 1)          # the column has yet to leave: a bit for each from the centre (bit 0) to the newest
+        closing = Signal(reach + 1, init=1)  # the column is the last of its line; at the centre: the next one begins a line
+        repeat  = Signal()                   # the line's last column comes again
+        ready   = Signal()
+        leave   = Signal()
         m.d.comb += [
-            repeat.eq(closing[1:].any()),
-            ready.eq(~waiting[0] | self.o.ready | ~self.o.valid),
+            ready.eq(self.o.ready | ~self.o.valid),
             leave.eq(waiting[0] & ready),
-            self.i.ready.eq(ready & ~repeat),
+            come_ready.eq(ready & ~repeat),
         ]
         with m.If(leave):
             m.d.sync += waiting[0].eq(0)
-        with m.If(ready & (self.i.valid | repeat)):
-            m.d.sync += [waiting.eq(Cat(waiting[1:], ~repeat)), closing.eq(Cat(closing[1:], ~repeat & self.i.p.last))]
-            m.d.sync += [column.eq(later) for column, later in pairwise(window)]
+        with m.If(ready & (come_valid | repeat)):
+            now_closing = Cat(closing[1:], ~repeat & come.last)
+            m.d.sync += [waiting.eq(Cat(waiting[1:], ~repeat)), closing.eq(now_closing), repeat.eq(now_closing[1:].any())]
+            m.d.sync += [column.eq(Mux(closing[0], come, later)) for column, later in pairwise(window)]
             with m.If(~repeat):
-                m.d.sync += [newest.eq(self.i.p), start.eq(self.i.p.last)]
-                with m.If(start):
-                    m.d.sync += [column.eq(self.i.p) for column in window]
+                m.d.sync += newest.eq(come)
 
         # Comparisons, straight into registers.
         first_row = (self.rows - self.config.fused.census_rows) // 2

@@ -35,7 +35,8 @@ class LineStore(wiring.Component):
 
     The Plus Line FIFO takes pixels as they come. As pixel ``(x, y+1)`` leaves it, the Line memory gives up ``(x, y)`` and takes it,
     and the Minus Line memory gives up ``(x, y-1)`` and takes ``(x, y)``. After the pixel marked ``end``, the last line follows without
-    waiting for the next frame. More than three rows are more memories in that chain, and more last lines.
+    waiting for the next frame. More than three rows are more memories in that chain, and ``rows // 2`` last lines.
+    While these leave, no more of the next frame is taken than the FIFO holds.
 
     Frames: the first line sets the width. What comes out is always rectangular and closed by ``end``, whatever comes in. A frame
     that is ragged raises ``error`` for one cycle, is cut after the line at fault (which repeats its last pixel if it was short) and
@@ -150,13 +151,8 @@ class LineStore(wiring.Component):
         for name in stored:
             m.d.comb += [read[name].addr.eq(x), read[name].en.eq(issue)]
         for name, lower in zip(stored, (coming, *stored)):
-            if lower == coming:
-                moved = held_plus
-            elif lower.startswith("minus"):
-                moved = Cat(given.p.left[lower], given.p.right[lower])
-            else:
-                moved = read[lower].data
-            m.d.comb += [write[name].addr.eq(held_x), write[name].en.eq(take if lower == coming else leave), write[name].data.eq(moved)]
+            m.d.comb += [write[name].addr.eq(held_x), write[name].en.eq(take if lower == coming else leave)]
+            m.d.comb += write[name].data.eq(held_plus if lower == coming else Cat(given.p.left[lower], given.p.right[lower]))
         m.d.comb += [
             given.valid.eq(held & held_shown),
             given.p.first.eq(held_top & (held_x == 0)),
@@ -178,7 +174,7 @@ class LineStore(wiring.Component):
             with m.State("between frames"):
                 with m.If(come.valid):
                     with m.If(head.first):
-                        m.d.sync += [x.eq(0), row_zero.eq(1), *(later.eq(0) for later in row[1:])]
+                        m.d.sync += [x.eq(0), row_zero.eq(1), row_one.eq(0)]
                         m.next = "line"
                     with m.Else():
                         m.d.comb += [come.ready.eq(1), self.error.eq(expected)]

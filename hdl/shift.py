@@ -39,7 +39,7 @@ class RightShift(wiring.Component):
     minimum : In(range(256))
         Pixels; sampled with the word marked ``first``.
     """
-    LATENCY = 3
+    LATENCY = 4
 
     def __init__(self, config: MatcherConfig):
         self.config = config
@@ -56,7 +56,7 @@ class RightShift(wiring.Component):
         m.d.comb += [advance.eq(~self.o.valid | self.o.ready), self.i.ready.eq(advance)]
 
         # Stage 1: the word, whether it begins a line, and the frame's minimum.
-        begins    = Signal(init=1)
+        begins    = Signal()
         s1_valid  = Signal()
         s1_begins = Signal(reset_less=True)
         s1        = Signal(PixelPair(), reset_less=True)
@@ -72,29 +72,36 @@ class RightShift(wiring.Component):
         m.submodules.ring = ring = Memory(shape=PIXEL_BITS, depth=len(minimums), init=[])
         read = ring.read_port()
         write = ring.write_port()
-        place    = Signal(minimums)
-        left     = Signal(minimums, reset_less=True)  # pixels of this line that the first one still stands for
-        repeats  = Signal()
-        s2_valid = Signal()
-        s2       = Signal(PixelPair(), reset_less=True)
-        s2_first = Signal(PIXEL_BITS, reset_less=True)
+        place      = Signal(minimums)
+        remaining  = Signal(minimums, reset_less=True)  # pixels of this line that the first one still stands for
+        s2_valid   = Signal()
+        s2         = Signal(PixelPair(), reset_less=True)
+        s2_first   = Signal(PIXEL_BITS, reset_less=True)
         s2_repeats = Signal(reset_less=True)
         none = minimum == 0
         m.d.comb += [
-            repeats.eq(s1_begins | none | (left != 0)),
-            write.addr.eq(place), write.data.eq(s1.right), write.en.eq(advance & s1_valid),
+            write.addr.eq(place), write.data.eq(s1.right), write.en.eq(advance),
             read.addr.eq(place - minimum), read.en.eq(advance),
         ]
         with m.If(advance):
-            m.d.sync += [s2_valid.eq(s1_valid), s2.eq(s1), s2_repeats.eq(repeats)]
+            m.d.sync += [s2_valid.eq(s1_valid), s2.eq(s1), s2_repeats.eq(s1_begins | none | (remaining != 0))]
             with m.If(s1_valid):
-                m.d.sync += [place.eq(place + 1), left.eq(Mux(s1_begins, minimum, left - (left != 0)))]
+                m.d.sync += [place.eq(place + 1), remaining.eq(Mux(s1_begins, minimum, remaining - (remaining != 0)))]
                 with m.If(s1_begins | none):
                     m.d.sync += s2_first.eq(s1.right)
 
-        # Stage 3: the memory's word or the first pixel.
+        # Stage 3: the memory's word in a register.
+        s3_valid   = Signal()
+        s3         = Signal(PixelPair(), reset_less=True)
+        s3_first   = Signal(PIXEL_BITS, reset_less=True)
+        s3_repeats = Signal(reset_less=True)
+        s3_old     = Signal(PIXEL_BITS, reset_less=True)
+        with m.If(advance):
+            m.d.sync += [s3_valid.eq(s2_valid), s3.eq(s2), s3_first.eq(s2_first), s3_repeats.eq(s2_repeats), s3_old.eq(read.data)]
+
+        # Stage 4: that word or the first pixel.
         payload = data_register(m, self.o.payload)
         with m.If(advance):
-            m.d.sync += [self.o.valid.eq(s2_valid), payload.left.eq(s2.left), *copy_flags(payload, s2)]
-            m.d.sync += payload.right.eq(Mux(s2_repeats, s2_first, read.data))
+            m.d.sync += [self.o.valid.eq(s3_valid), payload.left.eq(s3.left), *copy_flags(payload, s3)]
+            m.d.sync += payload.right.eq(Mux(s3_repeats, s3_first, s3_old))
         return m
