@@ -4,19 +4,22 @@ import enum
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 
-from .config import WEIGHT_MAX, MatcherConfig
+from .config import WEIGHT_MAX, Cost, MatcherConfig
 from .protocol import Operation, Reply, Status, decode_request
 from .setup_steps import TFP410, TVP5154, Chip, Failure
 
 
-__all__ = ["COUNT_MAX", "IDENTITY", "SETUPS", "VERSION", "Kind", "Register", "RegisterMap", "answer", "register_map"]
+__all__ = ["COSTS", "COUNT_MAX", "IDENTITY", "SETUPS", "VERSION", "Kind", "Register", "RegisterMap", "answer", "register_map"]
 
 
 #: What ``identity`` reads as: "SG" in ASCII.
 IDENTITY = int.from_bytes(b"SG", "big")
 
+#: What the values of ``cost`` stand for.
+COSTS = (Cost.THESIS, Cost.FUSED)
+
 #: Of this map: one more whenever a register comes, goes or changes its meaning.
-VERSION = 1
+VERSION = 2
 
 #: Counters stay at their greatest value.
 COUNT_MAX = 2**16 - 1
@@ -154,7 +157,9 @@ class RegisterMap:
 SETUPS: Mapping[str, Chip] = {"decoder": TVP5154, "transmitter": TFP410}
 
 _NO_YES = {0: "no", 1: "yes"}
+_OFF_ON = {0: "off", 1: "on"}
 _WEIGHT_UNIT = "grey levels a pixel"
+_FUSED_WEIGHT_UNIT = "fractions of the fused cost a pixel"
 
 
 def _setup_status() -> Iterator[tuple[str, str, Mapping[int, str]]]:
@@ -163,6 +168,16 @@ def _setup_status() -> Iterator[tuple[str, str, Mapping[int, str]]]:
         yield f"{role}_state", f"how far the set-up of the {chip.name} is", {0: "busy", 1: "done", 2: "failed"}
         yield f"{role}_step", "step that failed last", {number: step.text for number, step in enumerate(chip.steps)}
         yield f"{role}_reason", "why it failed", {failure.value: failure.text for failure in Failure}
+
+
+def _fused_parameters(config: MatcherConfig) -> Iterator[Register]:
+    """Parameters that only the cost ``FUSED`` reads."""
+    yield Register("minimum", 0x17, Kind.PARAMETER, config.MINIMUMS[-1], "least disparity; cost fused", reset=config.minimum,
+                   unit="pixels")
+    for number, (name, what) in enumerate((("check", "left-right check"), ("fill", "fill of pixels that fail the check"),
+                                           ("median", "median of disparities"))):
+        yield Register(name, 0x18 + number, Kind.PARAMETER, 1, f"{what}; cost fused", reset=int(getattr(config.refinement, name)),
+                       words=_OFF_ON)
 
 
 def _counters() -> Iterator[tuple[str, str, str]]:
@@ -199,6 +214,7 @@ def register_map(config: MatcherConfig | None = None, height: int = 576) -> Regi
     """
     config = config or MatcherConfig()
     labels = config.disparities
+    weight_unit = _FUSED_WEIGHT_UNIT if config.cost is Cost.FUSED else _WEIGHT_UNIT
 
     def constant(name: str, address: int, value: int, description: str, unit: str = "", **words: Mapping[int, str]) -> Register:
         return Register(name, address, Kind.CONSTANT, value, description, reset=value, unit=unit, minimum=value, **words)
@@ -212,13 +228,16 @@ def register_map(config: MatcherConfig | None = None, height: int = 576) -> Regi
         constant("disparities", 0x02, labels, "labels that were built in", "labels"),
         constant("width", 0x03, config.max_width, "longest line", "pixels"),
         constant("height", 0x04, height, "lines of a picture", "lines"),
-        *(Register(f"u{n}", 0x0F + n, Kind.PARAMETER, WEIGHT_MAX, f"weight of the {which} neighbour", reset=weight, unit=_WEIGHT_UNIT)
+        Register("cost", 0x05, Kind.CONSTANT, len(COSTS) - 1, "the matching cost that was built in", reset=COSTS.index(config.cost),
+                 words=dict(enumerate(COSTS))),
+        *(Register(f"u{n}", 0x0F + n, Kind.PARAMETER, WEIGHT_MAX, f"weight of the {which} neighbour", reset=weight, unit=weight_unit)
           for n, which, weight in zip((1, 2, 3), ("left", "upper", "lower"), config.weights, strict=True)),
         Register("labels", 0x13, Kind.PARAMETER, labels, "labels in use: disparities from 0 to one less", minimum=1, reset=labels,
                  unit="labels"),
         parameter("show", 0x14, 0, {0: "disparity", 1: "left", 2: "both"}, "which picture the monitor shows"),
         parameter("colour", 0x15, 0, {0: "grey", 1: "colour"}, "how disparities are shown"),
         parameter("hold", 0x16, 0, {0: "live", 1: "frozen"}, "whether the picture on the monitor stands still"),
+        *_fused_parameters(config),
         Register("clear_counters", 0x20, Kind.ACTION, 1, "sets all counters to 0", minimum=1),
         Register("restart_setup", 0x21, Kind.ACTION, 1, "sets the video chips up again", minimum=1),
         *(Register(name, 0x30 + n, Kind.STATUS, max(words), description, words=words)

@@ -4,6 +4,7 @@ import json
 import os
 import sys
 from collections.abc import Sequence
+from dataclasses import asdict
 from pathlib import Path
 
 from amaranth.hdl import Value
@@ -13,7 +14,7 @@ from rich.console import Console
 
 from golden.bandwidth import MemoryTiming
 from golden.cli import Parser
-from golden.config import MatcherConfig
+from golden.config import Cost, MatcherConfig
 from golden.errors import UserError, run_cli
 from golden.files import atomic, check_output
 from golden.formats import DISPLAYS, PAL, DisplayFormat
@@ -55,16 +56,21 @@ def manifest_of(name, matcher, ports, height, arguments):
     """What a machine wants to know of the build."""
     config = matcher.config
     clocks = matcher.clocks_per_pixel
+    if config.cost is Cost.FUSED:
+        about_cost = {"minimum": config.minimum, "fused": asdict(config.fused), "refinement": asdict(config.refinement),
+                      "disparity_scale": config.disparity_scale}
+    else:
+        about_cost = {"fraction_bits": config.fraction_bits}
     return {
         "top": name,
         "engine": str(config.engine),
         "parameters": {
-            "disparities": config.disparities, "arithmetic": str(config.arithmetic), "fraction_bits": config.fraction_bits,
-            "u1": config.u1, "u2": config.u2, "u3": config.u3, "max_width": config.max_width, "height": height,
+            "disparities": config.disparities, "cost": str(config.cost), "arithmetic": str(config.arithmetic), **about_cost,
+            **dict(zip(("u1", "u2", "u3"), config.weights)), "max_width": config.max_width, "height": height,
         },
         "clocks_per_pixel": clocks,
         "full_rate_width": matcher.full_rate_width,
-        "latency_clocks": 2 * max(config.max_width, matcher.full_rate_width) * clocks + matcher.latency_clocks,
+        "latency_clocks": matcher.latency_lines * max(config.max_width, matcher.full_rate_width) * clocks + matcher.latency_clocks,
         "ports": {port: {"direction": direction, "width": width} for port, (direction, width) in ports.items()},
         **arguments,
     }

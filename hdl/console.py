@@ -13,10 +13,10 @@ from rich.live import Live
 from rich.table import Table
 
 from golden.cli import Parser
-from golden.config import MatcherConfig
+from golden.config import Arithmetic, MatcherConfig
 from golden.errors import UserError, run_cli
 from golden.protocol import BAUD, FRAME_BYTES, QUIET_SECONDS, Operation, Reply, Request, Status, encode_request, first_reply
-from golden.registers import IDENTITY, VERSION, Kind, Register, RegisterMap, register_map
+from golden.registers import COSTS, IDENTITY, VERSION, Kind, Register, RegisterMap, register_map
 
 
 __all__ = ["Chip", "SerialPort", "Transport", "main"]
@@ -100,7 +100,8 @@ class Chip:
         if version != VERSION:
             raise UserError(f"the chip has version {version} of the register map, this console version {VERSION}; "
                             "use the console that came with the chip's build")
-        self.registers = register_map(MatcherConfig(disparities=self.read("disparities")))
+        self.registers = register_map(MatcherConfig(
+            disparities=self.read("disparities"), cost=COSTS[self.read("cost")], arithmetic=Arithmetic.LINEAR))
 
     def read(self, name: str) -> int:
         """The value of a register."""

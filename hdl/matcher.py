@@ -120,7 +120,8 @@ class Matcher(wiring.Component):
             around = 0
             if self.fused:
                 around = RightShift.LATENCY + self.census_stage.latency + self.fill_stage.latency + self.median_stage.latency
-            return LineStore.PLUS_DEPTH + self.engine.latency + 6 * (self.line_clocks + 1) + around
+            # Every line that it waits for begins some cycles late, and a few at the ends.
+            return LineStore.PLUS_DEPTH + self.engine.latency + (self.latency_lines + 4) * (self.line_clocks + 1) + around
         waiting = (LineStore.PLUS_DEPTH + 8) * self.clocks_per_pixel
         return waiting + 3 * (self.bec.latency + 2 * self.clocks_per_pixel)
 

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from golden import fused, labelling
 from golden.config import Cost, MatcherConfig
 from golden.errors import UserError
 from golden.text import read_text, write_text
@@ -23,7 +24,7 @@ from hdl.stream import FLAGS, DisparityWord
 from .simulators import SimulationError, build, run
 
 
-__all__ = ["Frame", "Result", "configured", "emit", "simulate"]
+__all__ = ["Frame", "Result", "configured", "emit", "mismatches", "simulate"]
 
 
 _HARNESS = Path(__file__).with_name("harness.v")
@@ -103,6 +104,16 @@ def configured(config: MatcherConfig, settings: Mapping[str, int]) -> MatcherCon
     stages = {name: bool(values[name]) for name in ("check", "fill", "median")}
     return replace(config, in_use=values["in_use"], minimum=values["minimum"], fused=replace(config.fused, **weights),
                    refinement=replace(config.refinement, **stages))
+
+
+def mismatches(result: Result, number: int, left, right, config: MatcherConfig) -> int:
+    """Pixels of a frame that are not what the golden model gives for ``config``: disparity, and with the cost ``FUSED`` all of the word."""
+    if config.cost is not Cost.FUSED:
+        return int(np.count_nonzero(result.labels[number] != labelling.match(left, right, config)))
+    golden = fused.match(left, right, config)
+    wrong = result.labels[number] != golden.disparity
+    wrong |= (result.passed[number] != golden.passed) | (result.confidence[number] != golden.confidence)
+    return int(np.count_nonzero(wrong))
 
 
 def _read_report(path: Path) -> tuple[dict[str, int], list[Frame], float]:

@@ -2,14 +2,13 @@
 
 import numpy as np
 
-from golden import fused, labelling
 from golden.config import Arithmetic, Cost, MatcherConfig
 from golden.scenes import scene
 from hdl.emit import write_verilog
 from hdl.matcher import Matcher
 
 from .cases import noise
-from .harness import configured, simulate
+from .harness import configured, mismatches, simulate
 
 
 __all__ = ["MatcherBench", "names", "pictures"]
@@ -44,14 +43,9 @@ class MatcherBench:
         result = simulate(self.case, lefts, rights, simulator=simulator, work_dir=self.folder, verilog=self.verilog, settings=settings,
                           **arguments)
         case = configured(self.case, settings or {})
-        for number, (left, right, labels) in enumerate(zip(lefts, rights, result.labels, strict=True)):
-            if case.cost is Cost.FUSED:
-                golden = fused.match(left, right, case)
-                assert np.count_nonzero(labels != golden.disparity) == 0
-                assert np.count_nonzero(result.passed[number] != golden.passed) == 0
-                assert np.count_nonzero(result.confidence[number] != golden.confidence) == 0
-            else:
-                assert np.count_nonzero(labels != labelling.match(left, right, case)) == 0
+        assert len(result.labels) == len(lefts)
+        for number, (left, right) in enumerate(zip(lefts, rights, strict=True)):
+            assert mismatches(result, number, left, right, case) == 0
         assert result.report["pixels_in"] == result.report["pixels_out"] == sum(left.size for left in lefts)
         for fault in ("hang", "error", "rule_errors", "flag_errors", "unknown_words", "extra_words"):
             assert result.report[fault] == 0

@@ -5,6 +5,7 @@ the golden model's in every pixel.
 """
 
 import contextlib
+import dataclasses
 import json
 import re
 import shutil
@@ -20,15 +21,15 @@ from rich.console import Console
 from rich.table import Table
 
 from golden.cli import Parser, add_gateware_options, gateware_config, progress
-from golden.config import Arithmetic, MatcherConfig
+from golden.confidence import CONFIDENCE_MAX
+from golden.config import Arithmetic, Cost, MatcherConfig
 from golden.dataset import StereoPair, motorcycle
 from golden.errors import UserError, run_cli
 from golden.files import atomic
 from golden.images import colour_map, read_pair, write_picture
-from golden.labelling import match
 from golden.metrics import bad_pixels
 
-from .harness import Result, simulate
+from .harness import Result, mismatches, simulate
 from .simulators import SIMULATORS, SimulationError, require
 
 
@@ -91,12 +92,18 @@ def _work_folder(folder: Path) -> Iterator[Path]:
             yield Path(work)
 
 
-def _write(folder: Path, left, right, labels, config: MatcherConfig, report: dict) -> None:
-    """Leave the results: each file whole, the report last."""
-    for name, picture in (("left", left), ("right", right), ("disparity", labels)):
+def _write(folder: Path, left, right, result: Result, config: MatcherConfig, report: dict) -> None:
+    """Leave the results: each file whole, the report last. Disparities are in pixels."""
+    labels = result.labels[0]
+    for name, picture in (("left", left), ("right", right)):
         write_picture(folder / f"{name}.txt", picture)
-    write_picture(folder / "disparity.npy", labels)
-    write_picture(folder / "disparity.png", colour_map(labels, config.disparities))
+    if config.cost is Cost.FUSED:
+        write_picture(folder / "passed.png", np.where(result.passed[0], 255, 0).astype(np.uint8))
+        write_picture(folder / "confidence.png", (result.confidence[0] * (255 // CONFIDENCE_MAX)).astype(np.uint8))
+    else:
+        write_picture(folder / "disparity.txt", labels)
+    write_picture(folder / "disparity.npy", labels if config.disparity_scale == 1 else labels / config.disparity_scale)
+    write_picture(folder / "disparity.png", colour_map(labels // config.disparity_scale - config.minimum, config.disparities))
     with atomic(folder / "report.json") as file:
         file.write((json.dumps(report, indent=2) + "\n").encode())
 
@@ -130,8 +137,9 @@ def _print(report: dict, folder: Path) -> None:
     if "bad_pixels_percent" in report:
         table.add_row("bad pixels, error above 1 pixel", f"{report['bad_pixels_percent']:.2f} %")
     console = Console()
-    console.print(f"{report['width']}x{report['height']} pixels, {report['disparities']} disparities, {report['arithmetic']} arithmetic, "
-                  f"{report['engine']} engine, {report['simulator']}:", highlight=False, soft_wrap=True)
+    size = f"{report['width']}x{report['height']} pixels, {report['disparities']} disparities"
+    method = f"cost {report['cost']}, {report['arithmetic']} arithmetic, {report['engine']} engine"
+    console.print(f"{size}, {method}, {report['simulator']}:", highlight=False, soft_wrap=True)
     console.print(table)
     console.print(f"Results are in {folder}: disparity.png to look at, report.json for the figures.", highlight=False, soft_wrap=True)
 
@@ -154,27 +162,28 @@ def _main(argv: Sequence[str] | None) -> int:
         waves = None
         if result.waves is not None:
             waves = Path(shutil.move(result.waves, folder / result.waves.name))
-    labels = result.labels[0]
-    mismatches = int(np.count_nonzero(labels != match(left, right, config)))
+    wrong = mismatches(result, 0, left, right, config)
     frame = result.frames[0]
     report = {
-        "engine": str(config.engine), "arithmetic": str(config.arithmetic), "simulator": options.simulator,
-        "width": width, "height": height, "disparities": config.disparities, "mismatches": mismatches,
+        "engine": str(config.engine), "cost": str(config.cost), "arithmetic": str(config.arithmetic), "simulator": options.simulator,
+        "width": width, "height": height, "disparities": config.disparities, "mismatches": wrong,
         "clocks_per_pixel": round(frame.clocks_per_pixel, 4), "latency_clocks": frame.latency,
         "clocks_per_second": round(result.clocks_per_second), "seconds": round(result.seconds, 3),
         "clocks": result.report["clocks"], "build_seconds": round(result.build_seconds, 3), "weights": config.weights,
         "total_seconds": round(time.perf_counter() - start, 3),
     }
-    if config.arithmetic is Arithmetic.LINEAR:
+    if config.cost is Cost.FUSED:
+        report |= {"minimum": config.minimum, "refinement": dataclasses.asdict(config.refinement)}
+    elif config.arithmetic is Arithmetic.LINEAR:
         report["fraction_bits"] = config.fraction_bits
     if pair is not None:
         report["pair"] = pair.name
-        report["bad_pixels_percent"] = round(bad_pixels(labels, pair.truth, pair.masks["known"]), 2)
-    _write(folder, left, right, labels, config, report)
+        report["bad_pixels_percent"] = round(bad_pixels(result.labels[0] / config.disparity_scale, pair.truth, pair.masks["known"]), 2)
+    _write(folder, left, right, result, config, report)
     _print(report, folder)
     if waves is not None:
         print(f"The waveforms are in {waves}: open it with gtkwave or surfer.")
-    return 1 if mismatches else 0
+    return 1 if wrong else 0
 
 
 def main(argv: Sequence[str] | None = None) -> int:

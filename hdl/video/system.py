@@ -6,7 +6,7 @@ from amaranth.lib import stream, wiring
 from amaranth.lib.wiring import In, Out
 
 from golden.bandwidth import Budget, MemoryTiming
-from golden.config import MatcherConfig
+from golden.config import Cost, MatcherConfig
 from golden.errors import UserError
 from golden.formats import PAL, CameraFormat, DisplayFormat
 from golden.memory_map import MemoryMap, Plane
@@ -16,6 +16,7 @@ from golden.registers import SETUPS, register_map
 
 from ..matcher import Matcher
 from ..registers import SerialRegisters
+from ..settings import defaults
 from ..stream import PixelPair, copy_flags
 from .arbiter import Arbiter
 from .bt656 import CameraInput
@@ -197,7 +198,7 @@ class StereoSystem(wiring.Component):
         m.d.comb += [
             pair_reader.start.eq(reader.start), pair_reader.left_buffer.eq(reader.left_buffer),
             pair_reader.right_buffer.eq(reader.right_buffer), reader.done.eq(pair_reader.done), pair_reader.clear_fill.eq(clear),
-            matcher.u1.eq(params.u1), matcher.u2.eq(params.u2), matcher.u3.eq(params.u3), matcher.in_use.eq(params.labels),
+            *(getattr(matcher, name).eq(params["labels" if name == "in_use" else name]) for name in defaults(self.config)),
             matcher.set_parameters.eq(reader.start), matcher.clear.eq(clear), control.hold.eq(params.hold), control.clear.eq(clear),
         ]
 
@@ -206,7 +207,7 @@ class StereoSystem(wiring.Component):
         m.submodules.disparity_writer, m.submodules.left_plane_writer = disparity_writer, left_writer
         wiring.connect(m, fork.left, left_writer.i)
         m.d.comb += [
-            disparity_writer.i.p.value.eq(matcher.o.p.disparity), *copy_flags(disparity_writer.i.p, matcher.o.p),
+            disparity_writer.i.p.value.eq(self._label(m, params, reader.start)), *copy_flags(disparity_writer.i.p, matcher.o.p),
             disparity_writer.i.valid.eq(matcher.o.valid), matcher.o.ready.eq(disparity_writer.i.ready),
         ]
         for writer, plane in ((disparity_writer, control.disparity_plane), (left_writer, control.left_plane)):
@@ -255,6 +256,20 @@ class StereoSystem(wiring.Component):
             status.left_signal, status.right_signal, status.left_locked, status.right_locked, status.memory_ready, status.pairs[0],
             Cat(setup.failed for setup in self.setups.values()).any(), Cat(lost).any()))
         return m
+
+    def _label(self, m, params, start):
+        """What the monitor is to show of a disparity: its label, without a fraction and without the least disparity."""
+        word = self.matcher.o.p
+        if self.config.cost is not Cost.FUSED:
+            return word.disparity
+        # The least disparity of the pair that was last started, and of the picture that comes out: its first word tells when they change.
+        started, shown = (Signal.like(params.minimum, name=f"minimum_{name}", init=self.config.minimum) for name in ("started", "shown"))
+        of_frame = Mux(word.first, started, shown)
+        with m.If(start):
+            m.d.sync += started.eq(params.minimum)
+        with m.If(self.matcher.o.valid & self.matcher.o.ready):
+            m.d.sync += shown.eq(of_frame)
+        return word.disparity // self.config.disparity_scale - of_frame
 
     @staticmethod
     def _steer(m, writer, control, clear):
