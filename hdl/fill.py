@@ -8,7 +8,7 @@ from amaranth.lib.wiring import In, Out
 from golden.config import MatcherConfig
 
 from .delay import StreamRegister, data_register
-from .stream import LabelWord, copy_flags
+from .stream import LabelWord
 
 
 __all__ = ["Fill"]

@@ -84,5 +84,6 @@ def test_line_leaves_when_complete():
     rng = np.random.default_rng(1)
     labels, passed, n = picture(rng, config_of(), 12, 2, 0.5)
     words = label_words(fill(labels, passed), passed, n)
-    given = run_stream(Fill(config_of()), label_words(labels, passed, n)[:17], rng=rng, count=12, drain=50, timeout=50, inputs={"enable": 1})
+    given = run_stream(Fill(config_of()), label_words(labels, passed, n)[:17], rng=rng, count=12, drain=50, timeout=50,
+                       inputs={"enable": 1})
     assert [comparable(word) for word in given] == words[:12]

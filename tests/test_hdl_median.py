@@ -1,11 +1,17 @@
+import itertools
+
 import numpy as np
 import pytest
+from amaranth.hdl import Fragment
 from amaranth.sim import Simulator
 
 from golden.config import Arithmetic, Cost, FusedParameters, MatcherConfig, Refinement
-from hdl.median import Median
+from hdl.median import Median, MedianColumns
 from sim.cases import comparable, label_words, refined_words
 from sim.frames import run_frames
+from sim.streams import send
+
+from .test_hdl_selection import evaluate
 
 
 def config_of(disparities=80, max_width=40, *, window=5, sub_pixel=False):
@@ -62,3 +68,71 @@ def test_narrowest_memory():
 @pytest.mark.parametrize("disparities, sub_pixel, window", [(2, False, 5), (128, False, 3), (80, True, 5), (3, True, 3), (128, True, 5)])
 def test_labels(disparities, sub_pixel, window):
     check(config_of(disparities, 9, window=window, sub_pixel=sub_pixel), [(9, 4), (3, 6), (9, 1)], stall_i=0.2, stall_o=0.2)
+
+
+@pytest.mark.parametrize("window", [3, 5])
+@pytest.mark.parametrize("width", [1, 2, 3, 12])
+def test_rate_and_latency(width, window):
+    """Lines of a frame come and go without a pause but for the columns and lines that repeat; the frame's end waits for nothing."""
+    config = config_of(max_width=12, window=window)
+    rng = np.random.default_rng(1)
+    dut = Median(config)
+    line = width + dut.LINE_CLOCKS
+    cycles = {}
+    heights = (5, 1, 3)
+    frames = [(label_words(*picture(rng, config, width, height)), {"enable": n % 2, "minimum": n}) for n, height in enumerate(heights)]
+    run_frames(dut, frames, rng=rng, cycles=cycles)
+    tops = np.cumsum([0, *(height + dut.FRAME_LINES for height in heights)])
+    places = [(top + y) * line + x for top, height in zip(tops, heights) for y in range(height) for x in range(width)]
+    assert (np.array(cycles["i"]) - cycles["i"][0]).tolist() == places
+    assert np.unique(np.subtract(cycles["o"], cycles["i"])).tolist() == [dut.LINES * line + dut.latency]
+
+
+def test_output_may_wait():
+    """While nothing is taken, no more is let in than the output queue has room for; then all is there."""
+    config = config_of(max_width=12)
+    rng = np.random.default_rng(1)
+    dut = Median(config)
+    labels, passed, n = picture(rng, config, 12, 12)
+    given = []
+
+    async def sink(ctx):
+        await ctx.tick().repeat(200)
+        ctx.set(dut.o.ready, 1)
+        async for _, _, valid, payload in ctx.tick().sample(dut.o.valid, dut.o.payload):
+            given.extend([comparable(payload)] if valid else [])
+            if len(given) == labels.size:
+                break
+
+    async def source(ctx):
+        ctx.set(dut.enable, 1)
+        await send(ctx, dut.i, label_words(labels, passed, n), rng=rng)
+
+    sim = Simulator(dut)
+    sim.add_clock(1e-6)
+    sim.add_testbench(source)
+    sim.add_testbench(sink)
+    sim.run_until(5e-3)
+    assert given == refined_words(labels, passed, n, config)
+
+
+def columns_of(side):
+    """All windows of sorted columns of zeros and ones, by the zero-one principle as good as all windows."""
+    return np.array(list(itertools.product(range(side + 1), repeat=side)))[:, :, None] > np.arange(side - 1, -1, -1)
+
+
+@pytest.mark.parametrize("side", [3, 5])
+def test_networks_select_the_median(side):
+    """Every window of zeros and ones through the networks behind the sorted columns."""
+    dut = MedianColumns(config_of(window=side))
+    Fragment.get(dut, None)  # used, as far as Amaranth is concerned
+    windows = columns_of(side).astype(int)
+    assert len(windows) == (side + 1)**side
+    columns = [windows[:, n] for n in range(side)]
+    pairs = [evaluate(dut.pair, np.hstack(columns[n:n + 2])) for n in range(0, side - 1, 2)]
+    left = evaluate(dut.pairs, np.hstack(pairs)) if dut.pairs else pairs[0]
+    median = evaluate(dut.select, np.hstack([left, columns[-1]]))
+    assert median[:, 0].tolist() == np.median(windows.reshape(len(windows), -1), axis=1).tolist()
+    # And the columns are sorted.
+    columns = np.array(list(itertools.product(range(2), repeat=side)))
+    assert evaluate(dut.sort, columns).tolist() == np.sort(columns).tolist()
