@@ -79,7 +79,7 @@ class LabelColumns(wiring.Component):
         width   = Signal.like(x)              # of this frame, less one
         columns = Signal(range(REACH + 1))    # of this line before this one, and
         lines   = Signal(range(REACH + 1))    # lines of this frame before this one; both stop at two
-        past    = Signal(range(REACH + 2))    # the picture's last line is 1, those below it follow; before it 0
+        past    = Signal(range(REACH + 2))    # as a line closes: 0, but 1 for the picture's last, then 2, 3
         fresh   = Signal()                    # no pixel of this frame has been shown
         again   = Signal(range(REACH))        # number of the column that repeats the line's last
         start   = Signal()
@@ -89,6 +89,7 @@ class LabelColumns(wiring.Component):
         shown   = Signal()
         enable  = Signal(reset_less=True)
         minimum = Signal(MINIMUM_BITS, reset_less=True)
+        ends    = past == REACH + 1           # with that line the frame ends
         with m.FSM():
             with m.State("line"):
                 m.d.comb += [self.i.ready.eq(self.go), start.eq(self.go & self.i.valid)]
@@ -112,15 +113,11 @@ class LabelColumns(wiring.Component):
                     m.d.sync += again.eq(again + 1)
                     with m.If(closes):
                         m.d.sync += again.eq(0)
-                        with m.If(past == 0):
-                            m.next = "line"
-                        with m.Elif(past == REACH + 1):
-                            m.d.sync += past.eq(0)
+                        with m.If((past == 0) | ends):
                             m.next = "line"
                         with m.Else():
                             m.d.sync += past.eq(past + 1)
                             m.next = "line below"
-        ends = past == REACH + 1
         m.d.comb += [shown.eq((columns == REACH) & (lines == REACH)), self.coming.eq(start & shown)]
         with m.If(start):
             with m.If(shown):
@@ -136,7 +133,7 @@ class LabelColumns(wiring.Component):
         m.submodules.memory = memory = Memory(shape=stored, depth=config.max_width, init=[])
         read = memory.read_port()
         write = memory.write_port()
-        m.d.comb += [read.addr.eq(x), read.en.eq(start & ~repeats)]
+        m.d.comb += read.addr.eq(x)
 
         started     = Signal()
         new         = Signal()

@@ -38,7 +38,7 @@ def test_columns(max_width, stall):
         part = rng.integers(0, 80, (height, width)), rng.random((height, width)) < 0.5, rng.integers(1, 34, (height, width))
         frames.append((*part, int(rng.integers(2)), int(rng.integers(256))))
     expected = [slot for frame in frames for slot in slots(*frame)]
-    given, coming = [], []
+    given, coming, gone = [], [], []
 
     async def source(ctx):
         for *part, enable, minimum in frames:
@@ -50,10 +50,12 @@ def test_columns(max_width, stall):
         lines = 0
         cycles = sum((width + 2) * (height + 2) for width, height in sizes) * (5 if stall else 1) + dut.LATENCY
         for _ in range(cycles):
-            ctx.set(dut.go, rng.random() >= stall)
+            gone.append(rng.random() >= stall)
+            ctx.set(dut.go, gone[-1])
             _, _, valid, word, started = await ctx.tick().sample(dut.valid, dut.o, dut.coming)
             coming.append(started)
             if valid:
+                assert gone[-1 - dut.LATENCY]
                 word = comparable(word)
                 lines += word["opens"]
                 # A frame's first two lines show nothing: what concerns their pixels is not known.

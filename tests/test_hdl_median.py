@@ -6,6 +6,7 @@ from amaranth.hdl import Fragment
 from amaranth.sim import Simulator
 
 from golden.config import Arithmetic, Cost, FusedParameters, MatcherConfig, Refinement
+from golden.refine import median
 from hdl.median import Median, MedianColumns
 from sim.cases import comparable, label_words, refined_words
 from sim.frames import run_frames
@@ -116,6 +117,43 @@ def test_output_may_wait():
     assert given == refined_words(labels, passed, n, config)
 
 
+@pytest.mark.parametrize("window", [3, 5])
+def test_median_of_columns(window):
+    """Between the columns there is noise; what is not a column is not ``done``."""
+    config = config_of(window=window)
+    rng = np.random.default_rng(1)
+    labels, *_ = picture(rng, config, 20, 4)
+    dut = MedianColumns(config)
+    columns = np.pad(labels, ((2, 2), (0, 2)), mode="edge")
+    given, came, done = [], [], []
+
+    async def testbench(ctx):
+        async def step(valid, opens, column):
+            came.append(valid)
+            ctx.set(dut.valid, valid)
+            ctx.set(dut.opens, opens)
+            ctx.set(dut.i, column)
+            done.append(ctx.get(dut.done))
+            if done[-1]:
+                given.append(ctx.get(dut.o))
+            await ctx.tick()
+
+        for y in range(labels.shape[0]):
+            for x in range(columns.shape[1]):
+                while rng.random() < 0.4:
+                    await step(0, int(rng.integers(2)), rng.integers(0, 80, 5).tolist())
+                await step(1, int(x == 0), columns[y:y + 5, x].tolist())
+        for _ in range(dut.latency):
+            await step(0, 0, [0] * 5)
+
+    sim = Simulator(dut)
+    sim.add_clock(1e-6)
+    sim.add_testbench(testbench)
+    sim.run()
+    assert done == [0] * dut.latency + came[:-dut.latency]
+    assert np.reshape(given, (4, 22))[:, 2:].tolist() == median(labels, window).tolist()
+
+
 def columns_of(side):
     """All windows of sorted columns of zeros and ones, by the zero-one principle as good as all windows."""
     return np.array(list(itertools.product(range(side + 1), repeat=side)))[:, :, None] > np.arange(side - 1, -1, -1)
@@ -133,6 +171,9 @@ def test_networks_select_the_median(side):
     left = evaluate(dut.pairs, np.hstack(pairs)) if dut.pairs else pairs[0]
     median = evaluate(dut.select, np.hstack([left, columns[-1]]))
     assert median[:, 0].tolist() == np.median(windows.reshape(len(windows), -1), axis=1).tolist()
+    # Nothing is computed in vain.
+    networks = [dut.sort, dut.pair, *([dut.pairs] if dut.pairs else []), dut.select]
+    assert [sum(map(len, network.levels)) for network in networks] == {3: [3, 6, 6], 5: [9, 13, 25, 10]}[side]
     # And the columns are sorted.
     columns = np.array(list(itertools.product(range(2), repeat=side)))
     assert evaluate(dut.sort, columns).tolist() == np.sort(columns).tolist()
