@@ -55,7 +55,7 @@ class LabelColumns(wiring.Component):
         A column that is ``shown`` has been started: it is sure to come.
     o : Out(SlotWord(config)), valid : Out(1)
     """
-    LATENCY = 2
+    LATENCY = 3
 
     def __init__(self, config: MatcherConfig):
         self.config = config
@@ -81,7 +81,7 @@ class LabelColumns(wiring.Component):
         lines   = Signal(range(REACH + 1))    # lines of this frame before this one; both stop at two
         past    = Signal(range(REACH + 2))    # as a line closes: 0, but 1 for the picture's last, then 2, 3
         fresh   = Signal()                    # no pixel of this frame has been shown
-        again   = Signal(range(REACH))        # number of the column that repeats the line's last
+        again   = Signal(range(REACH))        # number of the column that repeats the line's last; of two it wraps
         start   = Signal()
         below   = Signal()
         repeats = Signal()
@@ -112,7 +112,6 @@ class LabelColumns(wiring.Component):
                 with m.If(start):
                     m.d.sync += again.eq(again + 1)
                     with m.If(closes):
-                        m.d.sync += again.eq(0)
                         with m.If((past == 0) | ends):
                             m.next = "line"
                         with m.Else():
@@ -135,40 +134,45 @@ class LabelColumns(wiring.Component):
         write = memory.write_port()
         m.d.comb += read.addr.eq(x)
 
-        started     = Signal()
-        new         = Signal()
-        new_pixel   = Signal(LabelWord(config), reset_less=True)
-        new_x       = Signal.like(x, reset_less=True)
-        new_top     = Signal(reset_less=True)
-        new_below   = Signal(reset_less=True)
-        given       = Signal(SlotWord(config), reset_less=True)
+        started   = Signal()
+        new       = Signal()
+        new_x     = Signal.like(x, reset_less=True)
+        new_pixel = Signal(LabelWord(config), reset_less=True)
+        new_top   = Signal(reset_less=True)
+        new_below = Signal(reset_less=True)
+        given     = Signal(SlotWord(config), reset_less=True)
         m.d.sync += [
-            started.eq(start), new.eq(start & ~repeats), new_pixel.eq(self.i.p), new_x.eq(x), new_top.eq(lines == 0), new_below.eq(below),
+            started.eq(start), new.eq(start & ~repeats), new_x.eq(x), new_pixel.eq(self.i.p), new_top.eq(lines == 0), new_below.eq(below),
             given.opens.eq(columns == 0), given.shown.eq(shown), given.first.eq(fresh), given.last.eq(closes), given.end.eq(closes & ends),
         ]
-        above  = read.data
-        newest = Mux(new_below, above.label[-1], new_pixel.label)
-        newest_passed = Mux(new_below, above.passed[-1], new_pixel.passed)
 
-        # The column, which is then written back a line higher: three cycles after it was read, as soon as a line of one pixel reads it
-        # again. One that repeats stays; only what it is for changes.
-        word   = data_register(m, self.o)
-        sizes  = Signal(data.ArrayLayout(size.shape(), REACH), reset_less=True)
-        column = word.column
-        kept   = Signal()
-        kept_x = Signal.like(x, reset_less=True)
+
+        # A register behind the memory. The column is written back, a line higher, two cycles after it was read: another cycle later, a
+        # line of one pixel reads it again.
+        above = Signal(stored, reset_less=True)
+        came  = Signal()
+        keep  = Signal()
+        x_now = Signal.like(x, reset_less=True)
+        pixel = Signal(LabelWord(config), reset_less=True)
+        top   = Signal(reset_less=True)
+        under = Signal(reset_less=True)
+        what  = Signal(SlotWord(config), reset_less=True)
         m.d.sync += [
-            self.valid.eq(started), kept.eq(new), kept_x.eq(new_x), word.enable.eq(enable), word.minimum.eq(minimum),
-            *(word[name].eq(given[name]) for name in ("opens", "shown", *FLAGS)),
+            above.eq(read.data), came.eq(started), keep.eq(new), x_now.eq(new_x), pixel.eq(new_pixel), top.eq(new_top), under.eq(new_below),
+            what.eq(given), what.enable.eq(enable), what.minimum.eq(minimum),
         ]
-        with m.If(new):
-            m.d.sync += [
-                *(line.eq(Mux(new_top, newest, old)) for line, old in zip(column.label, above.label)), column.label[-1].eq(newest),
-                column.passed.eq(Cat(Mux(new_top, newest_passed.replicate(WINDOW - 1), above.passed), newest_passed)),
-                column.size.eq(above.size[0]), sizes.eq(Cat(*above.size[1:], new_pixel.size)),
-            ]
+        newest_label  = Mux(under, above.label[-1], pixel.label)
+        newest_passed = Mux(under, above.passed[-1], pixel.passed)
+        now = Signal(VoteColumn(config))
         m.d.comb += [
-            write.addr.eq(kept_x), write.en.eq(kept), write.data.passed.eq(column.passed[1:]), write.data.size.eq(sizes),
-            *(line.eq(lower) for line, lower in zip(write.data.label, column.label[1:])),
+            *(line.eq(Mux(top, newest_label, old)) for line, old in zip(now.label, above.label)), now.label[-1].eq(newest_label),
+            now.passed.eq(Cat(Mux(top, newest_passed.replicate(WINDOW - 1), above.passed), newest_passed)), now.size.eq(above.size[0]),
+            write.addr.eq(x_now), write.en.eq(keep), write.data.passed.eq(now.passed[1:]),
+            write.data.size.eq(Cat(*above.size[1:], pixel.size)),
+            *(line.eq(lower) for line, lower in zip(write.data.label, now.label[1:])),
         ]
+
+        # One that repeats stays; only what it is for changes.
+        word = data_register(m, self.o)
+        m.d.sync += [self.valid.eq(came), word.eq(what), word.column.eq(Mux(keep, now, word.column))]
         return m

@@ -207,7 +207,7 @@ class Median(wiring.Component):
         m.d.comb += result.i.eq(word)
 
         # Room is decided a cycle ahead: two columns may have been started since.
-        depth  = self.pipeline + 7
+        depth  = self.pipeline + 4
         unread = Signal(range(depth + 1))  # started, not yet taken from the queue
         sure   = Signal(DisparityWord(config))
         m.submodules.output = output = SyncFIFOBuffered(width=sure.shape().size, depth=depth)
