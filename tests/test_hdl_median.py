@@ -1,16 +1,26 @@
 import itertools
+from dataclasses import replace
 
 import numpy as np
 import pytest
+from amaranth import Module
 from amaranth.hdl import Fragment
+from amaranth.lib import stream, wiring
+from amaranth.lib.wiring import In, Out
 from amaranth.sim import Simulator
 
 from golden.config import Arithmetic, Cost, FusedParameters, MatcherConfig, Refinement
+from golden.fused import labelling, match
 from golden.refine import median
+from golden.scenes import scene
+from golden.sub_pixel import sub_pixel_labels
+from golden.support import arms, fused_cost, support_sizes, support_sums
+from hdl.fill import Fill
 from hdl.median import Median, MedianColumns
+from hdl.stream import DisparityWord, LabelWord
 from sim.cases import comparable, label_words, refined_words
 from sim.frames import run_frames
-from sim.streams import send
+from sim.streams import run_stream, send
 
 from .test_hdl_selection import evaluate
 
@@ -152,6 +162,41 @@ def test_median_of_columns(window):
     sim.run()
     assert done == [0] * dut.latency + came[:-dut.latency]
     assert np.reshape(given, (4, 22))[:, 2:].tolist() == median(labels, window).tolist()
+
+
+class Chain(wiring.Component):
+    """Fill and median, as they follow the rule."""
+    def __init__(self, config):
+        self.fill, self.median = Fill(config), Median(config)
+        super().__init__({"i": In(stream.Signature(LabelWord(config))),
+                          "o": Out(stream.Signature(DisparityWord(config))), "minimum": In(8)})
+
+    def elaborate(self, platform):
+        m = Module()
+        m.submodules.fill, m.submodules.median = self.fill, self.median
+        wiring.connect(m, wiring.flipped(self.i), self.fill.i)
+        wiring.connect(m, self.fill.o, self.median.i)
+        wiring.connect(m, self.median.o, wiring.flipped(self.o))
+        m.d.comb += [self.fill.enable.eq(1), self.median.enable.eq(1), self.median.minimum.eq(self.minimum)]
+        return m
+
+
+@pytest.mark.parametrize("sub_pixel", [False, True])
+def test_behind_the_rule(sub_pixel):
+    """A scene's labels through both stages are what the whole golden model gives."""
+    config = replace(config_of(6, sub_pixel=sub_pixel), minimum=2)
+    left, right, _ = scene(36, 9, 6, seed=5)
+    expected = match(left, right, config)
+    assert 0 < expected.passed.sum() < expected.passed.size
+    l, r = arms(left, config.fused)
+    n, cost = support_sizes(l, r), fused_cost(left, right, config)
+    sums = support_sums(cost, l, r)
+    labels = labelling(sums, n, left, config)
+    if sub_pixel:
+        labels = sub_pixel_labels(sums, labels, expected.passed)
+    given = run_stream(Chain(config), label_words(labels, expected.passed, n), rng=np.random.default_rng(1), inputs={"minimum": 2})
+    for name in ("disparity", "passed", "confidence"):
+        assert [word[name] for word in given] == getattr(expected, name).ravel().tolist()
 
 
 def columns_of(side):
