@@ -35,7 +35,7 @@ class Fill(wiring.Component):
     Timing: a pixel a cycle, and :attr:`LINE_CLOCKS` more a line: none. A line leaves as soon as it is complete: if nothing waits, its
     first pixel is offered :attr:`COMPLETE_CLOCKS` cycles after its last one was taken. A pixel whose line comes without a pause is
     therefore offered :attr:`LINES` line of ``W`` cycles and :attr:`latency` cycles after it was taken, whatever passed. ``i.ready``
-    comes from a register.
+    comes from registers.
 
     Memory: ``max_width + 1`` words of :class:`LabelWord` with the bit ``enable``, ``max_width + 3`` labels with a bit.
 
