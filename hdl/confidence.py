@@ -14,7 +14,7 @@ __all__ = ["Confidence", "VoteColumn"]
 
 
 class VoteColumn(data.StructLayout):
-    """Labels of :data:`golden.confidence.WINDOW` lines at the same ``x``, the topmost first, whether they passed; size of the middle."""
+    """Labels of :data:`golden.confidence.WINDOW` lines at one ``x``, the topmost first, whether they passed, and the middle one's size."""
     def __init__(self, config: MatcherConfig):
         word = LabelWord(config)
         super().__init__({"label": data.ArrayLayout(word["label"].shape, WINDOW), "passed": WINDOW, "size": word["size"].shape})

@@ -15,9 +15,9 @@ __all__ = ["Fill"]
 
 
 class Passing(data.StructLayout):
-    """Label of a pixel that passed; ``last``: of those on its line; ``none``: stands for a line without any. Nine bits for ``D <= 128``."""
+    """Label of a pixel that passed, or ``none``: the line ended with one that did not. Nine bits up to 256 labels: an M9K's width."""
     def __init__(self, config: MatcherConfig):
-        super().__init__({"label": LabelWord(config)["label"].shape, "last": 1, "none": 1})
+        super().__init__({"label": LabelWord(config)["label"].shape, "none": 1})
 
 
 class Fill(wiring.Component):
@@ -26,8 +26,8 @@ class Fill(wiring.Component):
     The one that exists if only one does; on a line without any a pixel keeps its own. Only ``label`` changes. The golden model is
     :func:`golden.refine.fill`.
 
-    Lines wait in one queue until they are complete, the labels of their passing pixels in another: as a line leaves, the head of the
-    second queue is the nearest passing label to the right.
+    Lines wait in one queue until they are complete, the labels of their passing pixels in another, and of a last pixel that failed that
+    there is none: as a line leaves, the head of the second queue is the nearest passing label to the right.
 
     Frames are rectangular, closed by ``end`` and at most ``max_width`` wide; each may have a size of its own. A line that is wider never
     leaves.
@@ -35,9 +35,9 @@ class Fill(wiring.Component):
     Timing: a pixel a cycle, and :attr:`LINE_CLOCKS` more a line: none. A line leaves as soon as it is complete: if nothing waits, its
     first pixel is offered :attr:`COMPLETE_CLOCKS` cycles after its last one was taken. A pixel whose line comes without a pause is
     therefore offered :attr:`LINES` line of ``W`` cycles and :attr:`latency` cycles after it was taken, whatever passed. ``i.ready``
-    comes from a register.
+    comes from registers.
 
-    Memory: ``max_width + 9`` words of :class:`LabelWord` and the bit ``enable``, ``max_width + 11`` labels and two bits.
+    Memory: ``max_width + 1`` words of :class:`LabelWord` with the bit ``enable``, ``max_width + 3`` labels with a bit.
 
     Parameters
     ----------
@@ -53,7 +53,7 @@ class Fill(wiring.Component):
     """
     LINES = 1
     LINE_CLOCKS = 0
-    SETTLING = 4  # cycles from a word to the registers behind both queues
+    SETTLING = 3  # cycles from a word to the registers behind both queues
     COMPLETE_CLOCKS = SETTLING + 2
 
     def __init__(self, config: MatcherConfig):
@@ -71,16 +71,16 @@ class Fill(wiring.Component):
 
     def elaborate(self, platform):
         m = Module()
-        # A line, and what comes of the next one while the first waits for the registers behind the queues.
-        depth = self.config.max_width + self.SETTLING + 6
+        # A line, and what comes of the next one while the first's end settles; one word of all that is in the register behind.
+        depth = self.config.max_width + self.SETTLING - 1
         queued = data.StructLayout({"pixel": LabelWord(self.config), "enable": 1})
 
-        # Pixels. `taken` starts a line's end on its way.
+        # Pixels.
         m.submodules.pixels = pixels = SyncFIFOBuffered(width=queued.size, depth=depth)
         m.submodules.pixel_head = pixel_head = StreamRegister(queued)
-        taken   = Signal()
-        enable  = Signal(reset_less=True)
-        joined  = Signal(queued)
+        taken  = Signal()
+        enable = Signal(reset_less=True)
+        joined = Signal(queued)
         m.d.comb += [
             taken.eq(self.i.valid & self.i.ready), self.i.ready.eq(pixels.w_rdy),
             joined.pixel.eq(self.i.p), joined.enable.eq(Mux(self.i.p.first, self.enable, enable)),
@@ -90,24 +90,13 @@ class Fill(wiring.Component):
         with m.If(taken):
             m.d.sync += enable.eq(joined.enable)
 
-        # Passing labels: each is held until it is known whether another follows on its line. There are never more than pixels, so that
-        # their queue needs no one to wait for it.
+        # Passing labels. There are never more than pixels, which are at most one more than their queue is deep: none need wait.
         m.submodules.passing = passing = SyncFIFOBuffered(width=Passing(self.config).size, depth=depth + 2)
         m.submodules.passing_head = passing_head = StreamRegister(Passing(self.config))
-        held      = Signal(Passing(self.config), reset_less=True)
-        is_held   = Signal()
-        push      = Signal()
         m.d.comb += [
-            push.eq(is_held & (held.last | (taken & self.i.p.passed))),
-            passing.w_data.eq(held), passing.w_en.eq(push),
+            passing.w_data.eq(Cat(self.i.p.label, ~self.i.p.passed)), passing.w_en.eq(taken & (self.i.p.passed | self.i.p.last)),
             passing_head.i.payload.eq(passing.r_data), passing_head.i.valid.eq(passing.r_rdy), passing.r_en.eq(passing_head.i.ready),
         ]
-        with m.If(push):
-            m.d.sync += is_held.eq(0)
-        with m.If(taken & self.i.p.passed):
-            m.d.sync += [is_held.eq(1), held.label.eq(self.i.p.label), held.last.eq(self.i.p.last), held.none.eq(0)]
-        with m.Elif(taken & self.i.p.last):
-            m.d.sync += [is_held.eq(1), held.last.eq(1), held.none.eq(~is_held | held.last)]
 
         # Complete lines. One counts when its words have reached the registers behind the queues: nothing else need be waited for.
         lines     = Signal(range(depth + 2))
@@ -121,25 +110,18 @@ class Fill(wiring.Component):
         # A pixel leaves between its neighbours.
         advance   = Signal()
         leave     = Signal()
-        pop       = Signal()
         pixel     = pixel_head.o.p.pixel
         right     = passing_head.o.p
-        exhausted = Signal()                   # the line's last passing pixel has left
-        from_left = Signal()                   # one to the left has
+        from_left = Signal()
         left      = Signal.like(pixel.label, reset_less=True)
         own       = Signal()
-        is_right  = Signal()
         m.d.comb += [
             advance.eq(~self.o.valid | self.o.ready), leave.eq(complete & advance), done.eq(leave & pixel.last),
-            is_right.eq(~exhausted & ~right.none),
-            own.eq(pixel.passed | ~pixel_head.o.p.enable | ~(from_left | is_right)),
-            # What stands for a line without a passing pixel leaves with the line.
-            pop.eq(leave & (pixel.passed | (pixel.last & ~exhausted))),
-            pixel_head.o.ready.eq(leave), passing_head.o.ready.eq(pop),
+            own.eq(pixel.passed | ~pixel_head.o.p.enable | (right.none & ~from_left)),
+            pixel_head.o.ready.eq(leave), passing_head.o.ready.eq(leave & (pixel.passed | pixel.last)),
         ]
         with m.If(leave):
-            m.d.sync += [from_left.eq(~pixel.last & (from_left | pixel.passed)),
-                         exhausted.eq(~pixel.last & (exhausted | (pop & right.last)))]
+            m.d.sync += from_left.eq(~pixel.last & (from_left | pixel.passed))
             with m.If(pixel.passed):
                 m.d.sync += left.eq(pixel.label)
 
@@ -152,7 +134,7 @@ class Fill(wiring.Component):
             m.d.sync += [
                 is_between.eq(leave), between.eq(pixel), self.o.valid.eq(is_between), payload.eq(between),
                 between.label.eq(Mux(own, pixel.label, Mux(from_left, left, right.label))),
-                other.eq(Mux(own, pixel.label, Mux(is_right, right.label, left))),
+                other.eq(Mux(own, pixel.label, Mux(right.none, left, right.label))),
                 payload.label.eq(Mux(other < between.label, other, between.label)),
             ]
         return m

@@ -1,0 +1,177 @@
+"""Columns of labels for the windows of the refinement: line memories, and the control that repeats the picture's edges."""
+
+from amaranth import *
+from amaranth.hdl import Mux
+from amaranth.lib import data, stream, wiring
+from amaranth.lib.memory import Memory
+from amaranth.lib.wiring import In, Out
+
+from golden.confidence import WINDOW
+from golden.config import MINIMUM_BITS, MatcherConfig
+
+from .confidence import VoteColumn
+from .delay import data_register
+from .stream import FLAGS, LabelWord
+
+
+__all__ = ["REACH", "LabelColumns", "SlotWord"]
+
+
+REACH = WINDOW // 2
+
+
+class SlotWord(data.StructLayout):
+    """A column of labels and what concerns the pixel two columns before it, whose window it completes if ``shown``: its frame flags.
+
+    ``opens``: first column of its line. ``enable`` and ``minimum`` are those of the frame.
+    """
+    def __init__(self, config: MatcherConfig):
+        super().__init__({"column": VoteColumn(config), "opens": 1, "shown": 1, "enable": 1, "minimum": MINIMUM_BITS, **FLAGS})
+
+
+class LabelColumns(wiring.Component):
+    """Turns lines of labels into columns of five lines for the windows of the line two above; lines outside the picture repeat.
+
+    Two columns follow each line, which repeat its last, and two lines each frame, which repeat its last; none waits for what comes next.
+    The first line fills all four line memories. :func:`golden.refine.median` pads its labels so.
+
+    Timing: ``W + 2`` columns a line, ``H + 2`` lines a frame, one a cycle while ``go`` and labels come; a column :attr:`LATENCY` cycles
+    after its label was taken.
+
+    Memory: ``max_width`` words of four labels, four bits and two sizes.
+
+    Parameters
+    ----------
+    config : :class:`MatcherConfig`
+
+    Members
+    -------
+    i : In(stream.Signature(LabelWord(config)))
+    enable : In(1), minimum : In(8)
+        Sampled with the word marked ``first`` as it is taken.
+    go : In(1)
+    coming : Out(1)
+        A column that is ``shown`` has been started: it is sure to come.
+    o : Out(SlotWord(config)), valid : Out(1)
+    """
+    LATENCY = 3
+
+    def __init__(self, config: MatcherConfig):
+        self.config = config
+        super().__init__({
+            "i": In(stream.Signature(LabelWord(config))),
+            "enable": In(1),
+            "minimum": In(MINIMUM_BITS),
+            "go": In(1),
+            "coming": Out(1),
+            "o": Out(SlotWord(config)),
+            "valid": Out(1),
+        })
+
+    def elaborate(self, platform):
+        m = Module()
+        config = self.config
+        label, size = self.i.p.label, self.i.p.size
+
+        # What is started in this cycle.
+        x       = Signal(range(config.max_width))
+        width   = Signal.like(x)              # of this frame, less one
+        columns = Signal(range(REACH + 1))    # of this line before this one, and
+        lines   = Signal(range(REACH + 1))    # lines of this frame before this one; both stop at two
+        past    = Signal(range(REACH + 2))    # as a line closes: 0, but 1 for the picture's last, then 2, 3
+        fresh   = Signal()                    # no pixel of this frame has been shown
+        again   = Signal(range(REACH))        # number of the column that repeats the line's last; of two it wraps
+        start   = Signal()
+        below   = Signal()
+        repeats = Signal()
+        closes  = Signal()                    # the line
+        shown   = Signal()
+        enable  = Signal(reset_less=True)
+        minimum = Signal(MINIMUM_BITS, reset_less=True)
+        ends    = past == REACH + 1           # with that line the frame ends
+        with m.FSM():
+            with m.State("line"):
+                m.d.comb += [self.i.ready.eq(self.go), start.eq(self.go & self.i.valid)]
+                with m.If(start):
+                    m.d.sync += x.eq(x + 1)
+                    with m.If(self.i.p.first):
+                        m.d.sync += [enable.eq(self.enable), minimum.eq(self.minimum), fresh.eq(1)]
+                    with m.If(self.i.p.last):
+                        m.d.sync += [width.eq(x), x.eq(0), past.eq(self.i.p.end)]
+                        m.next = "repeats"
+            with m.State("line below"):
+                m.d.comb += [start.eq(self.go), below.eq(1)]
+                with m.If(start):
+                    m.d.sync += x.eq(x + 1)
+                    with m.If(x == width):
+                        m.d.sync += x.eq(0)
+                        m.next = "repeats"
+            with m.State("repeats"):
+                m.d.comb += [start.eq(self.go), repeats.eq(1), closes.eq(again == REACH - 1)]
+                with m.If(start):
+                    m.d.sync += again.eq(again + 1)
+                    with m.If(closes):
+                        with m.If((past == 0) | ends):
+                            m.next = "line"
+                        with m.Else():
+                            m.d.sync += past.eq(past + 1)
+                            m.next = "line below"
+        m.d.comb += [shown.eq((columns == REACH) & (lines == REACH)), self.coming.eq(start & shown)]
+        with m.If(start):
+            with m.If(shown):
+                m.d.sync += fresh.eq(0)
+            with m.If(closes):
+                m.d.sync += [columns.eq(0), lines.eq(Mux(ends, 0, Mux(lines == REACH, REACH, lines + 1)))]
+            with m.Elif(columns != REACH):
+                m.d.sync += columns.eq(columns + 1)
+
+        # The memory gives the lines above the one that comes; below the picture that repeats the last.
+        stored = data.StructLayout({"label": data.ArrayLayout(label.shape(), WINDOW - 1), "passed": WINDOW - 1,
+                                    "size": data.ArrayLayout(size.shape(), REACH)})
+        m.submodules.memory = memory = Memory(shape=stored, depth=config.max_width, init=[])
+        read = memory.read_port()
+        write = memory.write_port()
+        m.d.comb += read.addr.eq(x)
+
+        started   = Signal()
+        new       = Signal()
+        new_x     = Signal.like(x, reset_less=True)
+        new_pixel = Signal(LabelWord(config), reset_less=True)
+        new_top   = Signal(reset_less=True)
+        new_below = Signal(reset_less=True)
+        given     = Signal(SlotWord(config), reset_less=True)
+        m.d.sync += [
+            started.eq(start), new.eq(start & ~repeats), new_x.eq(x), new_pixel.eq(self.i.p), new_top.eq(lines == 0), new_below.eq(below),
+            given.opens.eq(columns == 0), given.shown.eq(shown), given.first.eq(fresh), given.last.eq(closes), given.end.eq(closes & ends),
+        ]
+
+
+        # A register behind the memory. The column is written back, a line higher, two cycles after it was read: another cycle later, a
+        # line of one pixel reads it again.
+        above = Signal(stored, reset_less=True)
+        came  = Signal()
+        keep  = Signal()
+        x_now = Signal.like(x, reset_less=True)
+        pixel = Signal(LabelWord(config), reset_less=True)
+        top   = Signal(reset_less=True)
+        under = Signal(reset_less=True)
+        what  = Signal(SlotWord(config), reset_less=True)
+        m.d.sync += [
+            above.eq(read.data), came.eq(started), keep.eq(new), x_now.eq(new_x), pixel.eq(new_pixel), top.eq(new_top), under.eq(new_below),
+            what.eq(given), what.enable.eq(enable), what.minimum.eq(minimum),
+        ]
+        newest_label  = Mux(under, above.label[-1], pixel.label)
+        newest_passed = Mux(under, above.passed[-1], pixel.passed)
+        now = Signal(VoteColumn(config))
+        m.d.comb += [
+            *(line.eq(Mux(top, newest_label, old)) for line, old in zip(now.label, above.label)), now.label[-1].eq(newest_label),
+            now.passed.eq(Cat(Mux(top, newest_passed.replicate(WINDOW - 1), above.passed), newest_passed)), now.size.eq(above.size[0]),
+            write.addr.eq(x_now), write.en.eq(keep), write.data.passed.eq(now.passed[1:]),
+            write.data.size.eq(Cat(*above.size[1:], pixel.size)),
+            *(line.eq(lower) for line, lower in zip(write.data.label, now.label[1:])),
+        ]
+
+        # One that repeats stays; only what it is for changes.
+        word = data_register(m, self.o)
+        m.d.sync += [self.valid.eq(came), word.eq(what), word.column.eq(Mux(keep, now, word.column))]
+        return m

@@ -1,0 +1,77 @@
+import numpy as np
+import pytest
+from amaranth.sim import Simulator
+
+from golden.config import Arithmetic, Cost, MatcherConfig
+from hdl.label_columns import LabelColumns
+from sim.cases import comparable, label_words
+from sim.streams import send
+
+
+def config_of(max_width):
+    return MatcherConfig(disparities=80, max_width=max_width, arithmetic=Arithmetic.LINEAR, cost=Cost.FUSED)
+
+
+def slots(labels, passed, n, enable, minimum):
+    """What concerns a pixel, by hand: the column two to the right of it, and what leaves with it."""
+    height, width = labels.shape
+    labels, passed = (np.pad(part, ((2, 2), (0, 2)), mode="edge").astype(int) for part in (labels, passed))
+    sizes = np.pad(n, ((0, 0), (0, 2)), mode="edge")
+    for y in range(height):
+        for x in range(width + 2):
+            yield {
+                "column": {"label": labels[y:y + 5, x].tolist(), "passed": sum(passed[y + line, x] << line for line in range(5)),
+                           "size": int(sizes[y, x]).bit_length()},
+                "opens": int(x == 0), "shown": int(x >= 2), "enable": enable, "minimum": minimum,
+                "first": int(x == 2 and y == 0), "last": int(x == width + 1), "end": int(x == width + 1 and y == height - 1)}
+
+
+@pytest.mark.parametrize("stall", [0.0, 0.4])
+@pytest.mark.parametrize("max_width", [1, 6])
+def test_columns(max_width, stall):
+    """Frames of all sizes in a row; every column that belongs to a pixel's window, and ``coming`` once a pixel."""
+    rng = np.random.default_rng(1)
+    dut = LabelColumns(config_of(max_width))
+    sizes = [(width, height) for height in (3, 1, 2, 4, 5) for width in (1, 6, 2) if width <= max_width]
+    frames = []
+    for width, height in sizes:
+        part = rng.integers(0, 80, (height, width)), rng.random((height, width)) < 0.5, rng.integers(1, 34, (height, width))
+        frames.append((*part, int(rng.integers(2)), int(rng.integers(256))))
+    expected = [slot for frame in frames for slot in slots(*frame)]
+    given, coming, gone = [], [], []
+
+    async def source(ctx):
+        for *part, enable, minimum in frames:
+            ctx.set(dut.enable, enable)
+            ctx.set(dut.minimum, minimum)
+            await send(ctx, dut.i, label_words(*part), rng=rng, stall=stall)
+
+    async def sink(ctx):
+        lines = 0
+        cycles = sum((width + 2) * (height + 2) for width, height in sizes) * (5 if stall else 1) + dut.LATENCY
+        for _ in range(cycles):
+            gone.append(rng.random() >= stall)
+            ctx.set(dut.go, gone[-1])
+            _, _, valid, word, started = await ctx.tick().sample(dut.valid, dut.o, dut.coming)
+            coming.append(started)
+            if valid:
+                assert gone[-1 - dut.LATENCY]
+                word = comparable(word)
+                lines += word["opens"]
+                # A frame's first two lines show nothing: what concerns their pixels is not known.
+                if lines > 2:
+                    given.append(word)
+                if word["shown"] and word["end"]:
+                    lines = 0
+
+    sim = Simulator(dut)
+    sim.add_clock(1e-6)
+    sim.add_testbench(source)
+    sim.add_testbench(sink)
+    sim.run()
+    for word, right in zip(given, expected, strict=True):
+        if not right["shown"]:
+            for name in ("first", "last", "end"):
+                word[name] = right[name]
+        assert word == right
+    assert sum(coming) == sum(width * height for width, height in sizes)
