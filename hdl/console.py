@@ -100,8 +100,11 @@ class Chip:
         if version != VERSION:
             raise UserError(f"the chip has version {version} of the register map, this console version {VERSION}; "
                             "use the console that came with the chip's build")
-        self.registers = register_map(MatcherConfig(
-            disparities=self.read("disparities"), cost=COSTS[self.read("cost")], arithmetic=Arithmetic.LINEAR))
+        disparities, cost = self.read("disparities"), self.read("cost")
+        if cost >= len(COSTS):
+            raise UserError(f"the chip has the cost {cost}, this console knows those from 0 to {len(COSTS) - 1}; "
+                            "use the console that came with the chip's build")
+        self.registers = register_map(MatcherConfig(disparities=disparities, cost=COSTS[cost], arithmetic=Arithmetic.LINEAR))
 
     def read(self, name: str) -> int:
         """The value of a register."""

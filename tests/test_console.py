@@ -84,7 +84,8 @@ def test_get_and_set_on_the_chip(simulated, capsys):
     simulated.status |= {"pairs": 65535, "left_locked": 1, "decoder_step": 7}
     assert main(["--port", "none", "set", "u1=0x2A", "show=both", "labels=20", "restart_setup=1"], simulated.connect) == 0
     assert capsys.readouterr().out == "u1 = 42 grey levels a pixel\nshow = both\nlabels = 20 labels\nrestart_setup = 1\n"
-    assert simulated.params == {"u1": 42, "u2": 10, "u3": 5, "labels": 20, "show": 2, "colour": 0, "hold": 0}
+    assert simulated.params == {"u1": 42, "u2": 10, "u3": 5, "labels": 20, "show": 2, "colour": 0, "hold": 0,
+                                "minimum": 0, "check": 1, "fill": 1, "median": 1}
     assert simulated.actions == ["restart_setup"]
     assert main(["--port", "none", "get", "pairs", "left_locked", "decoder_step", "u1", "width"], simulated.connect) == 0
     assert capsys.readouterr().out == (
@@ -210,18 +211,18 @@ def test_retries(capsys, fault):
 def test_write_that_came_as_another_value(capsys):
     """The sum was right by chance: the reply tells, and the write is sent again."""
     def fault(number, data):
-        return encode_reply(Reply(Status.OK, data[2], 35)) if number == 3 else data
+        return encode_reply(Reply(Status.OK, data[2], 35)) if number == 4 else data
     line = FakeLine(fault)
     assert run(capsys, "set u1=34", line)[:2] == (0, "u1 = 34 grey levels a pixel\n")
-    assert line.requests[3] == line.requests[4] == Request(Operation.WRITE, REGISTERS["u1"].address, 34)
+    assert line.requests[4] == line.requests[5] == Request(Operation.WRITE, REGISTERS["u1"].address, 34)
 
 
 def test_silence_before_a_retry():
     """The chip drops half a request only after its time-out."""
-    line = FakeLine(lambda number, data: b"" if number == 3 else data)
+    line = FakeLine(lambda number, data: b"" if number == 4 else data)
     Chip(line, answer_seconds=0.5).read("u1")
     # Nothing waits before the first attempts; then the answer that does not come, and the silence.
-    assert line.waits == [0, 0, 0, 0, 0.5, 0.011]
+    assert line.waits == [0, 0, 0, 0, 0, 0.5, 0.011]
 
 
 def test_no_answer(capsys):
@@ -253,7 +254,8 @@ def test_other_chips(capsys):
             name, register.address, Kind.CONSTANT, value, "changed", reset=value) for register in REGISTERS]
         return FakeLine(registers=RegisterMap(tuple(changed)))
     assert f"its identity is 4660, not {IDENTITY}" in fails(capsys, "get u1", with_constant("identity", 0x1234))
-    assert "version 9 of the register map, this console version 1" in fails(capsys, "get u1", with_constant("version", 9))
+    assert "the chip has the cost 2, this console knows those from 0 to 1" in fails(capsys, "get u1", with_constant("cost", 2))
+    assert "version 9 of the register map, this console version 2" in fails(capsys, "get u1", with_constant("version", 9))
     assert run(capsys, "set labels=200", with_constant("disparities", 256))[0] == 2   # the fake itself still has 20
     assert "choose one of: 1 .. 20 labels" in fails(capsys, "set labels=21")
 

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from golden.config import MatcherConfig
+from golden.config import MatcherConfig, Refinement
 from golden.protocol import (
     BAUD,
     FRAME_BYTES,
@@ -109,7 +109,10 @@ def test_values_follow_the_configuration():
         256, 4096, 2000, 1, 2, 63, 256]
     assert [registers[name].width for name in ("u1", "labels", "show", "colour", "pairs")] == [6, 9, 2, 1, 16]
     assert (registers["labels"].minimum, registers["labels"].maximum) == (1, 256)
-    assert [register.reset for register in REGISTERS.of(Kind.PARAMETER)] == [15, 10, 5, 80, 0, 0, 0]
+    assert [register.reset for register in REGISTERS.of(Kind.PARAMETER)] == [15, 10, 5, 80, 0, 0, 0, 0, 1, 1, 1]
+    fused = register_map(MatcherConfig(arithmetic="linear", cost="fused", minimum=7, refinement=Refinement(fill=False)))
+    assert [register.reset for register in fused.of(Kind.PARAMETER)] == [17, 30, 22, 80, 0, 0, 0, 7, 1, 0, 1]
+    assert [registers["cost"].text(registers["cost"].reset), fused["cost"].text(fused["cost"].reset)] == ["thesis", "fused"]
     assert registers["identity"].reset.to_bytes(2, "big") == b"SG"
 
 
@@ -117,10 +120,11 @@ def test_addresses():
     """Addresses are a contract: a change of one needs another version."""
     assert {register.name: register.address for register in REGISTERS if not register.address % 16} == {
         "identity": 0x00, "u1": 0x10, "clear_counters": 0x20, "decoder_state": 0x30, "display_frames": 0x40, "right_skipped": 0x50}
-    assert [REGISTERS[name].address for name in ("u1", "u2", "u3", "labels", "show", "colour", "hold")] == list(range(0x10, 0x17))
+    assert [REGISTERS[name].address for name in ("u1", "u2", "u3", "labels", "show", "colour", "hold", "minimum", "check", "fill",
+                                                      "median")] == list(range(0x10, 0x1B))
     for register in REGISTERS:
         assert REGISTERS.at(register.address) is register
-    assert REGISTERS.at(0x05) is None
+    assert REGISTERS.at(0x06) is None
 
 
 def test_kinds():
@@ -132,7 +136,7 @@ def test_kinds():
 
 def test_limits():
     assert [REGISTERS[name].limits for name in ("show", "labels", "version", "decoder_state", "transmitter_step")] == [
-        "0 disparity, 1 left, 2 both", "1 .. 80", "1", "0 busy, 1 done, 2 failed", f"0 .. {len(TFP410.steps) - 1}"]
+        "0 disparity, 1 left, 2 both", "1 .. 80", "2", "0 busy, 1 done, 2 failed", f"0 .. {len(TFP410.steps) - 1}"]
 
 
 @pytest.mark.parametrize("name, value, text", [
