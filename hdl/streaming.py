@@ -8,6 +8,7 @@ from amaranth.lib.wiring import In, Out
 
 from golden.config import IN_USE_BITS, MINIMUM_BITS, PIXEL_BITS, WEIGHT_BITS, Cost, MatcherConfig
 
+from .argmin import choose
 from .bec_array import BecArray, Queued, groups_of
 from .cones import Cones, Neighbours
 from .delay import Delay, StreamRegister
@@ -15,6 +16,7 @@ from .fused_array import FusedArray
 from .label_array import LabelArray
 from .right_view import LeftRightCheck
 from .stream import FLAGS, CensusWord, ColumnWord, DisparityWord, LabelWord, copy_flags
+from .sub_pixel import SubPixel
 from .waves import WaveSource
 
 
@@ -235,7 +237,7 @@ class StreamingEngine(wiring.Component):
         word_valid = done
         if self.fused:
             word_valid = self._check(m, word, disparity, done, done_turn)
-            m.submodules.size = size = Delay(word.size.shape(), turn_delay.clocks - 1 + 1 + self.check_latency)
+            m.submodules.size = size = Delay(word.size.shape(), turn_delay.clocks + self.check_latency)
             m.d.comb += [size.i.eq(_bit_length(costs.n)), word.size.eq(size.o)]
         else:
             m.d.comb += [word.disparity.eq(disparity), *copy_flags(word, done_turn)]
@@ -262,8 +264,17 @@ class StreamingEngine(wiring.Component):
         m.submodules.checked = checked = Delay(beside, check.LATENCY, clean=True)
         m.d.comb += [
             checked.i.valid.eq(done), checked.i.label.eq(label), *copy_flags(checked.i, turn),
-            word.label.eq(checked.o.label * config.disparity_scale), word.passed.eq(check.passed), *copy_flags(word, checked.o),
+            word.passed.eq(check.passed), *copy_flags(word, checked.o),
         ]
+        if config.refinement.sub_pixel:
+            m.submodules.sub_pixel = sub_pixel = SubPixel(config, self.array.latency + 1)
+            m.submodules.fraction = fraction = Delay(Value.cast(sub_pixel.fraction).shape(), check.LATENCY - 1)
+            m.d.comb += [
+                sub_pixel.sums.eq(self.costs.cost), sub_pixel.label.eq(label), fraction.i.eq(sub_pixel.fraction),
+                word.label.eq(checked.o.label * config.disparity_scale + Mux(check.passed, fraction.o, 0)),
+            ]
+        else:
+            m.d.comb += word.label.eq(checked.o.label)
         return checked.o.valid
 
 
@@ -274,10 +285,3 @@ def _bit_length(value):
     for place in range(bits):
         length = Mux(value[place], place + 1, length)
     return length
-
-
-def choose(values, index):
-    """``values[index]`` as a tree of two-input choices, the lowest bit of the index first."""
-    for bit in index:
-        values = [Mux(bit, values[n + 1], values[n]) if n + 1 < len(values) else values[n] for n in range(0, len(values), 2)]
-    return values[0]
