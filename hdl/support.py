@@ -236,11 +236,14 @@ class SupportSource(wiring.Component):
             m.d.sync += stepped[-1].eq(stepped[-2])
 
         ends = Signal(Ends(config), reset_less=True)
-        slot = Signal(Slot(config), reset_less=True)
+        slot = Signal(Slot(config))
+        pixel, n = (Signal.like(slot[name], name=f"slot_{name}", reset_less=True) for name in ("pixel", "n"))
+        valid, real = Signal(), Signal()  # with a reset: a slot of a frame before it must not go on
+        m.d.comb += slot.eq(Cat(pixel, valid, real, n))
         m.d.sync += [
             ends.low.eq(beside.o.place - arms.l), ends.high.eq(beside.o.place + arms.r + 1),
-            slot.pixel.eq(beside.o.pixel), slot.n.eq(arms.l + arms.r + 1),
-            slot.pixel_valid.eq(beside.o.pixel_valid & stepped[-1]), slot.real.eq(beside.o.real & stepped[-1]),
+            pixel.eq(beside.o.pixel), n.eq(arms.l + arms.r + 1),
+            valid.eq(beside.o.pixel_valid & stepped[-1]), real.eq(beside.o.real & stepped[-1]),
         ]
         rest = self.latency + 1 - Arms.LATENCY - 1
         m.submodules.ends = ends_later = Delay(Ends(config), rest)

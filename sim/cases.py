@@ -9,6 +9,7 @@ from amaranth.lib import data
 from golden.census import census
 from golden.confidence import confidence
 from golden.cost import cost_energy, delayed, local_disparity, matching_cost, sub_pixel_buffers, sub_pixels
+from golden.fused import match as match_fused
 from golden.fused import stages
 from golden.lines import line_store
 from golden.refine import median
@@ -16,8 +17,8 @@ from hdl.stream import line_names
 
 
 __all__ = ["bec_words", "bec_words_of", "between_frames", "buffers_words", "camera", "census_words", "checked_words", "column_words",
-           "comparable", "cost_words", "disparity_words", "edata_words", "engine_words", "label_words", "noise", "pack", "pixel_words",
-           "refined_words", "sub_pixel_words"]
+           "comparable", "cost_words", "disparity_words", "edata_words", "engine_words", "fused_words", "label_words", "noise", "pack",
+           "pixel_words", "refined_words", "sub_pixel_words"]
 
 
 PARTS = ("pixel", "above", "below", "left")
@@ -77,6 +78,13 @@ def checked_words(left, right, config):
     label = result.found.tolist()
     return [{"label": label[y][x], "passed": int(result.passed[y, x]), "size": int(result.n[y, x]).bit_length(), **flags}
             for y, x, flags in _places(np.shape(left))]
+
+
+def fused_words(left, right, config):
+    """Payloads of :class:`hdl.stream.DisparityWord`, cost ``FUSED``."""
+    result = match_fused(left, right, config)
+    parts = {name: getattr(result, name).tolist() for name in ("disparity", "passed", "confidence")}
+    return [{**{name: int(part[y][x]) for name, part in parts.items()}, **flags} for y, x, flags in _places(np.shape(left))]
 
 
 def _beside(left, y, x):

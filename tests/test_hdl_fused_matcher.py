@@ -1,0 +1,166 @@
+# amaranth: UnusedElaboratable=no
+"""The matcher with the cost fused; its blocks have tests of their own."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from amaranth import *
+
+from golden.config import Arithmetic, Cost, Engine, FusedParameters, MatcherConfig, Refinement
+from golden.scenes import scene
+from hdl.matcher import Matcher
+from hdl.settings import defaults, setting_ports
+from sim.cases import comparable, fused_words, noise, pixel_words
+from sim.harness import configured
+from sim.streams import run_stream
+
+from .test_hdl_lines import MAX_WIDTH, RAGGED, repaired
+from .test_hdl_matcher import run_script
+
+
+ALL = Refinement()
+
+
+def config_of(labels, max_width, *, refinement=ALL, minimum=0, **fused):
+    return MatcherConfig(disparities=labels, max_width=max_width, arithmetic=Arithmetic.LINEAR, engine=Engine.STREAMING,
+                         cost=Cost.FUSED, refinement=refinement, minimum=minimum, fused=FusedParameters(**fused))
+
+
+def as_bytes(pair):
+    return [np.asarray(picture, dtype=np.uint8) for picture in pair]
+
+
+@pytest.mark.parametrize("stall", [0.0, 0.3])
+@pytest.mark.parametrize("config, width, height", [
+    (config_of(2, 1), 1, 1),
+    (config_of(2, 5, reach=0, median=3), 5, 3),
+    (config_of(3, 16, minimum=4), 11, 4),
+    (config_of(6, 40, reach=3, census_rows=7, census_columns=9, census_weight=25), 40, 7),
+    (config_of(6, 3, census_rows=1, census_columns=1), 1, 9),                 # one column, no census
+    (config_of(13, 27), 5, 3),                                                # narrower than its labels
+    (config_of(13, 60, refinement=Refinement(sub_pixel=True), minimum=3), 60, 5),
+    (config_of(13, 64, refinement=Refinement(check=False, median=False)), 40, 1),
+    (config_of(26, 70, refinement=Refinement(fill=False)), 70, 4),
+], ids=lambda value: f"D{value.disparities}" if isinstance(value, MatcherConfig) else str(value))
+def test_matches_golden(config, width, height, stall):
+    """A scene, and noise of other sizes before and after it, in a row."""
+    most = config.max_width
+    pairs = [noise(max(1, width // 2), 2, seed=1), scene(width, height, config.disparities, seed=5)[:2], noise(min(3, most), 1, seed=2),
+             noise(most, 2, seed=3)]
+    pairs = [as_bytes(pair) for pair in pairs]
+    out = run_stream(Matcher(config), [word for pair in pairs for word in pixel_words(*pair)], rng=np.random.default_rng(1),
+                     stall_i=stall, stall_o=stall)
+    assert [comparable(word) for word in out] == [word for pair in pairs for word in fused_words(*pair, config)]
+
+
+@pytest.mark.parametrize("labels, width", [(6, 70), (13, 100)])
+def test_one_pixel_a_clock(labels, width):
+    """Inside a line no clock is lost, between lines as many as the census takes; latency is within its bound and not far below it."""
+    dut = Matcher(config_of(labels, width))
+    height = 8
+    cycles = {}
+    run_stream(dut, pixel_words(*noise(width, height, 1)), rng=np.random.default_rng(1), cycles=cycles)
+    gaps = np.diff(cycles["o"])
+    inside = np.delete(gaps, slice(width - 1, None, width))
+    assert np.count_nonzero(inside != 1) <= 2  # the last lines come from other memories
+    assert cycles["o"][-1] - cycles["o"][0] <= height * (width + dut.line_clocks) + 8
+    latency = np.subtract(cycles["o"], cycles["i"]).max() - dut.latency_lines * width
+    assert dut.latency_clocks - 40 <= latency <= dut.latency_clocks
+
+
+@pytest.mark.parametrize("config", [config_of(6, 60), config_of(13, 100), config_of(13, 8)], ids=lambda config: f"D{config.disparities}")
+def test_frame_clocks(config):
+    """The distance of frames in a row is what builds and tables calculate with: never more, and not much less."""
+    dut = Matcher(config)
+    width, height = config.max_width, 7
+    cycles = {}
+    run_stream(dut, [word for seed in range(3) for word in pixel_words(*noise(width, height, seed))], rng=np.random.default_rng(1),
+               cycles=cycles)
+    firsts = cycles["o"][::width * height]
+    slack = 1.12 if width >= dut.full_rate_width else 1.6
+    assert firsts[2] - firsts[1] <= dut.frame_clocks(width, height) <= slack * (firsts[2] - firsts[1])
+
+
+@pytest.mark.parametrize("sub_pixel", [False, True])
+def test_settings(sub_pixel):
+    """Built-in ones until the first pulse; new ones from the next frame on, even if they come while a frame leaves."""
+    config = config_of(6, 24, refinement=Refinement(sub_pixel=sub_pixel))
+    left, right, _ = scene(24, 9, 6, seed=1)
+    sets = [{}, {"minimum": 2}, {"check": 0, "fill": 0}, {"fill": 0}, {"median": 0}, {"u1": 63, "u2": 0, "in_use": 3}, {"minimum": 255}]
+    expected = [fused_words(left, right, configured(config, settings)) for settings in sets]
+    assert all(a != b for n, a in enumerate(expected) for b in expected[:n])  # each set gives another picture
+    dut = Matcher(config)
+    ports = [name for name in setting_ports(config) if name != "set_parameters"]
+
+    async def put(ctx, values, pulse):
+        for name in ports:
+            ctx.set(getattr(dut, name), int(values[name]))
+        ctx.set(dut.set_parameters, pulse)
+        await ctx.tick()
+        ctx.set(dut.set_parameters, 0)
+
+    async def script(ctx, send_words, given):
+        other = defaults(config) | {"u1": 33, "in_use": 2, "minimum": 9, "check": 0, "median": 0}
+        await put(ctx, other, 0)  # inputs alone change nothing
+        for number in range(len(sets)):
+            await send_words(pixel_words(left, right))
+            while len(given) < number * left.size + 1:  # the frame has begun to leave
+                await ctx.tick()
+            if number + 1 < len(sets):
+                await put(ctx, defaults(config) | sets[number + 1], 1)
+                await put(ctx, other, 0)
+
+    given, errors = run_script(dut, script, len(sets) * left.size)
+    assert given == [word for words in expected for word in words]
+    assert not any(errors)
+
+
+@pytest.mark.parametrize("case", RAGGED)
+def test_ragged(case):
+    """``error`` comes up; frames around the one at fault are exact, and it comes out rectangular, as golden sees it."""
+    config = config_of(3, MAX_WIDTH)
+    before, after = noise(5, 3, 20), noise(5, 4, 21)
+    words = [*pixel_words(*before), *RAGGED[case][0], *pixel_words(*after)]
+    frames, _ = repaired(words)
+    expected = [word for pair in frames for word in fused_words(*as_bytes(pair), config)]
+
+    async def script(ctx, send_words, given):
+        await send_words(words)
+
+    given, errors = run_script(Matcher(config), script, len(expected), stall=0.2)
+    assert given == expected
+    assert any(errors)
+
+
+@pytest.mark.parametrize("cut", [1, 40, 75, 130, 200, 279])
+def test_reset_in_mid_frame(cut):
+    """Of the frame before a reset nothing more comes; the next one is exact."""
+    config = config_of(6, 40)
+    left, right, _ = scene(40, 7, 6, seed=1)
+    reset = Signal()
+    before = []
+    dut = Matcher(config)
+
+    async def script(ctx, send_words, given):
+        await send_words(pixel_words(left, right)[:cut])
+        ctx.set(reset, 1)
+        await ctx.tick()
+        ctx.set(reset, 0)
+        before.extend(given)
+        await send_words(pixel_words(left, right))
+        while len(given) < len(before) + left.size:
+            await ctx.tick()
+        await ctx.tick().repeat(100)
+
+    given, _ = run_script(dut, script, elaboratable=ResetInserter(reset)(dut))
+    assert given[len(before):] == fused_words(left, right, config)
+
+
+@pytest.mark.parametrize("changes, message", [
+    ({"engine": Engine.SEQUENTIAL}, "the cost fused is made by the engine streaming only, not sequential"),
+    ({"cost": Cost.THESIS, "minimum": 3}, "the cost thesis has gateware for the minimum disparity 0 only, not 3"),
+])
+def test_no_such_gateware(changes, message):
+    with pytest.raises(ValueError, match=message):
+        Matcher(replace(config_of(3, 8), **changes))
