@@ -11,7 +11,7 @@ from amaranth.lib.wiring import In, Out
 
 from golden.config import PIXEL_BITS, PIXEL_MAX, MatcherConfig
 
-from .delay import Delay, add_with_carry, data_register
+from .delay import NO_COLLISION, Delay, add_with_carry, data_register
 from .stream import Column, Least
 from .waves import BecWave, Pixel
 
@@ -290,7 +290,8 @@ class LabelMemory(wiring.Component):
                 for stage in range(GROUP):
                     before, read_place = read_place, Signal(range(depth), name=f"read_place_{labels[0]}_{stage}", reset_less=True)
                     m.d.sync += read_place.eq(before)
-            m.submodules[f"memory_{labels[0]}"] = memory = Memory(shape=data.ArrayLayout(bits, len(labels)), depth=depth, init=[])
+            m.submodules[f"memory_{labels[0]}"] = memory = Memory(
+                shape=data.ArrayLayout(bits, len(labels)), depth=depth, init=[], attrs=NO_COLLISION)
             write_port = memory.write_port()
             read_port = memory.read_port()
             m.d.comb += [

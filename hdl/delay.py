@@ -6,17 +6,22 @@ from amaranth.lib.memory import Memory
 from amaranth.lib.wiring import In, Out
 
 
-__all__ = ["Delay", "StreamRegister", "add_with_carry", "data_register", "multiply"]
+__all__ = ["NO_COLLISION", "Delay", "StreamRegister", "add_with_carry", "data_register", "multiply"]
+
+
+#: Attributes of a memory that is never read where it is written in the same cycle. A synthesiser that does not know it builds a way around
+#: the memory, twice as many registers as a word has bits, for devices whose blocks do not give the old word then.
+NO_COLLISION = {"no_rw_check": 1}
 
 
 class Delay(wiring.Component):
     """Gives every word back ``clocks`` cycles later.
 
-    Timing: one word a cycle, always. Short delays are flip-flops; longer ones are a memory read and written at one address, which old
-    words leave as new ones come, and a register behind it: a memory block is slow to give its word. What comes out before the first
-    word is undefined, or zero with ``clean``: control bits need that.
+    Timing: one word a cycle, always. Short delays are flip-flops; longer ones are a memory, read a place ahead of where it is written, and
+    a register behind it: a memory block is slow to give its word. What comes out before the first word is undefined, or zero with
+    ``clean``: control bits need that.
 
-    Memory: ``clocks - 2`` words where the delay is longer than :attr:`LONGEST_IN_REGISTERS` cycles.
+    Memory: ``clocks - 1`` words where the delay is longer than :attr:`LONGEST_IN_REGISTERS` cycles.
 
     Parameters
     ----------
@@ -53,25 +58,24 @@ class Delay(wiring.Component):
             m.d.comb += self.o.eq(word)
             return m
 
-        depth = self.clocks - 2
-        m.submodules.memory = memory = Memory(shape=self.shape, depth=depth, init=[])
+        depth = self.clocks - 1
+        m.submodules.memory = memory = Memory(shape=self.shape, depth=depth, init=[], attrs=NO_COLLISION)
         read_port = memory.read_port()
         write_port = memory.write_port()
-        place = Signal(range(depth))
-        around = Signal()  # every place has been written
-        m.d.sync += place.eq(place + 1)
+        place   = Signal(range(depth))
+        written = Signal(range(depth), init=depth - 1)  # the place before
+        around  = Signal()  # what was read in the cycle before had been written
+        m.d.sync += [place.eq(place + 1), written.eq(place)]
         with m.If(place == depth - 1):
             m.d.sync += [place.eq(0), around.eq(1)]
         m.d.comb += [
             read_port.addr.eq(place), read_port.en.eq(1),
-            write_port.addr.eq(place), write_port.data.eq(self.i), write_port.en.eq(1),
+            write_port.addr.eq(written), write_port.data.eq(self.i), write_port.en.eq(1),
         ]
         later = Signal(self.shape, reset_less=not self.clean)
         m.d.sync += later.eq(read_port.data)
         if self.clean:
-            read_around = Signal()
-            m.d.sync += read_around.eq(around)
-            with m.If(~read_around):
+            with m.If(~around):
                 m.d.sync += later.eq(0)
         m.d.comb += self.o.eq(later)
         return m

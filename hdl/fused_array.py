@@ -8,7 +8,7 @@ from amaranth.lib.wiring import In, Out
 from golden.config import MatcherConfig
 
 from .bec_array import TREE, BecCell, LabelMemory, Queued, groups_of, least_of, seen_along
-from .delay import Delay, data_register
+from .delay import NO_COLLISION, Delay, data_register
 from .right_view import RightCell, RightWave
 from .stream import Column, Least
 from .support import Ends, SumWave, SupportSource
@@ -202,7 +202,8 @@ class FusedGroup(wiring.Component):
             m.d.sync += [total.eq(Mux(completion.clear, 0, total + cost)) for total, cost in zip(sums, costs)]
         ends = {}
         for name in ("low", "high"):
-            m.submodules[name] = ring = Memory(shape=sums.shape(), depth=SupportSource.ring_of(config), init=[])
+            m.submodules[name] = ring = Memory(
+                shape=sums.shape(), depth=SupportSource.ring_of(config), init=[], attrs=NO_COLLISION)
             write, read = ring.write_port(), ring.read_port()
             m.d.comb += [
                 write.addr.eq(self.sums_i.place), write.data.eq(sums), write.en.eq(enter),
@@ -309,7 +310,7 @@ class FusedArray(wiring.Component):
         ]
 
         # Sizes wait for their pixel's turn, a line later.
-        m.submodules.sizes = sizes = Memory(shape=slot.n.shape(), depth=self.depth, init=[])
+        m.submodules.sizes = sizes = Memory(shape=slot.n.shape(), depth=self.depth, init=[], attrs=NO_COLLISION)
         write, read = sizes.write_port(), sizes.read_port()
         come, gone = Signal(range(self.depth)), Signal(range(self.depth))
         for place, step in ((come, slot.real), (gone, self.take)):

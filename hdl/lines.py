@@ -13,7 +13,7 @@ from amaranth.utils import ceil_log2
 
 from golden.config import PIXEL_BITS, MatcherConfig
 
-from .delay import StreamRegister
+from .delay import NO_COLLISION, StreamRegister
 from .stream import ColumnWord, PixelPair, line_names
 
 
@@ -98,7 +98,7 @@ class LineStore(wiring.Component):
         coming, *stored = reversed(line_names(self.rows))
         read, write = {}, {}
         for name in stored:
-            m.submodules[f"{name}_memory"] = memory = Memory(shape=pair, depth=max_width, init=[])
+            m.submodules[f"{name}_memory"] = memory = Memory(shape=pair, depth=max_width, init=[], attrs=NO_COLLISION)
             read[name], write[name] = _ports(memory, name)
 
         # What is being issued to the memories in this cycle.

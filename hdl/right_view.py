@@ -7,7 +7,7 @@ from amaranth.lib.wiring import In, Out
 
 from golden.config import MINIMUM_BITS, MatcherConfig
 
-from .delay import Delay, data_register
+from .delay import NO_COLLISION, Delay, data_register
 from .stream import Least
 from .waves import Completion
 
@@ -102,7 +102,7 @@ class LeftRightCheck(wiring.Component):
         m = Module()
         config = self.config
         label = range(config.disparities)
-        m.submodules.memory = memory = Memory(shape=label, depth=self.depth, init=[])
+        m.submodules.memory = memory = Memory(shape=label, depth=self.depth, init=[], attrs=NO_COLLISION)
         read = memory.read_port()
         write = memory.write_port()
         come = Signal(range(self.depth))  # right labels

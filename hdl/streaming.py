@@ -64,9 +64,10 @@ class StreamingEngine(wiring.Component):
         # (These depths carry the rate. Too small a one would cost clocks, never a wrong disparity.)
         self.queue_depth = costs.latency_of(config) + costs.lag_of(config) + 13
         # A cost is overwritten one line, and all that may be queued, after it was stored. Reading lags by the admission's pipeline, and in
-        # the top group by a cycle for each label below it; storing lags by a cycle for each group below it.
+        # the top group by a cycle for each label below it; storing lags by a cycle for each group below it. One more, so that it is never
+        # overwritten as it is read.
         *below, top = groups_of(config)
-        lag = self.admission_latency + top[0] - len(below)
+        lag = self.admission_latency + top[0] - len(below) + 1
         self.costs = costs(config, config.max_width + self.queue_depth + lag)
         self.check_latency = LeftRightCheck.LATENCY if self.fused else 0
         self.output_depth = self.admission_latency + self.array.latency + self.check_latency + 9
