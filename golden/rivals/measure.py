@@ -1,0 +1,154 @@
+"""`python -m golden rivals`: bad pixels and time of every method, side by side."""
+
+import json
+import os
+import time
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from rich.console import Console
+from rich.table import Table
+
+from ..cli import Parser, progress
+from ..config import Arithmetic, MatcherConfig
+from ..cost import matching_cost
+from ..dataset import MASKS, PAIRS, StereoPair, data_folder, load_pair
+from ..energy import energy
+from ..errors import UserError, run_cli
+from ..evaluate import average
+from ..files import atomic, check_output
+from ..metrics import bad_pixels
+from .parallel import add_worker_options, compute, workers
+from .registry import METHODS, PUBLISHED, PUBLISHED_PAIR, check_installed
+
+
+__all__ = ["main", "measure"]
+
+
+Result = dict[str, Any]
+
+SOURCE = "the thesis, Table 1, as printed; on other machines, of its time"
+
+
+def measure(name: str, pair: StereoPair) -> Result:
+    """What a method makes of a pair.
+
+    Parameters
+    ----------
+    name : str
+        Of :data:`golden.rivals.registry.METHODS`.
+
+    Returns
+    -------
+    dict
+        ``"figures"``: percentage of bad pixels for each mask; ``"seconds"``: processor time of this thread; ``"energy"``, for methods that
+        lower it: that of :func:`golden.energy.energy` in ``LINEAR`` arithmetic.
+    """
+    method = METHODS[name]
+    # Processor time, because another task may hold the processor meanwhile; of the thread, because a worker may have others.
+    start = time.thread_time()
+    found = method.function(pair.left, pair.right, pair.disparities)
+    result: Result = {"seconds": time.thread_time() - start}
+    result["figures"] = {mask: bad_pixels(found, pair.truth, counted) for mask, counted in pair.masks.items()}
+    if method.lowers:
+        config = MatcherConfig(disparities=pair.disparities, arithmetic=Arithmetic.LINEAR)
+        result["energy"] = energy(found, matching_cost(pair.left, pair.right, config), pair.left, config)
+    return result
+
+
+def document(results: dict[str, dict[str, Result]]) -> dict[str, Any]:
+    """The results for a file: measured figures and printed ones apart."""
+    rows = {}
+    for name, of_method in results.items():
+        row: dict[str, Any] = {"about": METHODS[name].about, "average": average({pair: one["figures"] for pair, one in of_method.items()}),
+                               "seconds": sum(one["seconds"] for one in of_method.values()), "pairs": of_method}
+        published = PUBLISHED.get(METHODS[name].published or "")
+        if published:
+            row["published"] = published.name
+        rows[name] = row
+    return {
+        "unit": "percent of pixels off by more than 1 pixel", "seconds": "processor time of one thread", "energy": "of arithmetic linear",
+        "methods": rows,
+        "published": {"source": SOURCE, "pair": PUBLISHED_PAIR, "rows": {
+            row.name: {**row.figures, "tool": row.tool, "seconds": row.seconds} for row in PUBLISHED.values()}}}
+
+
+def table(results: dict[str, dict[str, Result]]) -> Table:
+    """The results for reading: a block of lines for each method."""
+    result = Table(title="Bad pixels: off by more than 1 pixel, percent; seconds of one thread",
+                   caption=f"Right of the seconds: {SOURCE}.")
+    printed = (*(f"printed {mask}" for mask in MASKS), "printed time")
+    for column in ("method", "pair", *MASKS, "seconds", *printed):
+        result.add_column(column, justify="left" if column in ("method", "pair") else "right")
+    for name, of_method in results.items():
+        published = PUBLISHED.get(METHODS[name].published or "")
+        for number, (pair, one) in enumerate(of_method.items()):
+            cells = [f"{one['figures'][mask]:.2f}" for mask in MASKS] + [f"{one['seconds']:.2f}"]
+            if published and pair == PUBLISHED_PAIR:
+                cells += [f"{published.figures[mask]:.2f}" for mask in MASKS] + [f"{published.tool} {published.seconds:g} s"]
+            result.add_row("" if number else name, pair, *cells)
+        figures = {pair: one["figures"] for pair, one in of_method.items()}
+        seconds = sum(one["seconds"] for one in of_method.values())
+        result.add_row("", f"average of {sum(map(len, figures.values()))}", "", "", f"{average(figures):.2f}", f"{seconds:.2f}",
+                       end_section=True)
+    return result
+
+
+def energies(results: dict[str, dict[str, Result]]) -> list[str]:
+    """A sentence for every pair: how far expansions lower the energy of the one-pass labels."""
+    before, after = (results.get(name, {}) for name in ("one-pass-linear", "one-pass-expansion"))
+    return [f"{pair}: expansions lower the energy of the one-pass labels from {one['energy']} to {after[pair]['energy']}, "
+            f"by {100 * (1 - after[pair]['energy'] / one['energy']):.2f} %" for pair, one in before.items() if pair in after]
+
+
+def parser() -> Parser:
+    """The arguments of the command."""
+    result = Parser(prog="golden rivals", description=(
+        "Bad pixels and time of rival methods and of ours on the four pairs of the Middlebury benchmark, all from the same grey levels, "
+        "and beside them what the thesis's Table 1 prints. A worker computes one method on one pair at a time, and measures its own "
+        "processor time. Methods: " + "; ".join(f"{name}: {method.about}" for name, method in METHODS.items()) + "."))
+    result.add_argument("--data", type=Path, metavar="DIR",
+                        help=f"folder that holds {', '.join(PAIRS)} (default: $STEREO_DATA, else ../shared/data/middlebury)")
+    result.add_argument("--methods", nargs="+", choices=METHODS, default=list(METHODS), metavar="NAME", help="which (default: all)")
+    result.add_argument("--pairs", nargs="+", choices=PAIRS, default=list(PAIRS), metavar="NAME", help="which (default: all four)")
+    add_worker_options(result, os.cpu_count() or 1)
+    result.add_argument("--output", type=Path, metavar="FILE", help="write the results there too; suffix .json")
+    return result
+
+
+def run(argv: Sequence[str] | None) -> None:
+    """The command; :class:`UserError` on bad input."""
+    options = parser().parse_args(argv)
+    for option in ("methods", "pairs"):
+        names = getattr(options, option)
+        for name in names:
+            if names.count(name) > 1:
+                raise UserError(f"--{option} names {name} more than once; name each once")
+    output = check_output(options.output, (".json",)) if options.output else None
+    check_installed(sorted({need for name in options.methods if (need := METHODS[name].needs)}))
+    folder = data_folder(options.data)
+    pairs = [load_pair(folder, name) for name in options.pairs]
+
+    tasks = [(name, pair) for name in options.methods for pair in pairs]
+    with workers(options.workers, options.scheduler) as pool, progress() as bar:
+        task = bar.add_task("methods and pairs", total=len(tasks))
+        found = compute(pool, measure, tasks, lambda: bar.advance(task))
+    results: dict[str, dict[str, Result]] = {name: {} for name in options.methods}
+    for (name, pair), one in zip(tasks, found, strict=True):
+        results[name][pair.name] = one
+
+    if output:
+        with atomic(output) as file:
+            file.write(f"{json.dumps(document(results), indent=2)}\n".encode())
+    console = Console()
+    if not console.is_terminal:
+        console = Console(width=130)  # a file is as wide as the table
+    console.print(table(results))
+    for sentence in energies(results):
+        print(sentence)
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run the command; the exit status is the result."""
+    return run_cli(run, argv, "golden rivals")
