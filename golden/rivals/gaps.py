@@ -16,12 +16,12 @@ from rich.table import Table
 from ..cli import Parser, progress
 from ..config import Arithmetic, MatcherConfig
 from ..cost import local_disparity, matching_cost
-from ..dataset import PAIRS, StereoPair, data_folder, load_pair
+from ..dataset import StereoPair
 from ..errors import UserError, run_cli
 from ..files import atomic, check_output
 from ..labelling import labelling
 from .maxflow import LineGraph, augmenting_path, cut_labels, line_energy, line_graph, line_terms, push_relabel
-from .registry import check_installed
+from .options import add_pair_options, check_installed, check_names, load_pairs
 
 
 __all__ = ["LineGap", "gaps", "main"]
@@ -147,10 +147,8 @@ def parser() -> Parser:
     """The arguments of the command."""
     result = Parser(prog="golden gaps", description=(
         "The thesis's row-column graph of every scanline, cut exactly by the maximum flows of two libraries, augmenting paths (PyMaxflow) "
-        "and push-relabel (OR-Tools), which must agree; and how much more energy the labels have that the one-pass rule finds on that line."))
-    result.add_argument("--data", type=Path, metavar="DIR",
-                        help=f"folder that holds {', '.join(PAIRS)} (default: $STEREO_DATA, else ../shared/data/middlebury)")
-    result.add_argument("--pairs", nargs="+", choices=PAIRS, default=list(PAIRS), metavar="NAME", help="which (default: all four)")
+        "and push-relabel (OR-Tools), which must agree; and how much more energy the labels of the one-pass rule have on that line."))
+    add_pair_options(result)
     result.add_argument("--every", type=int, default=1, metavar="N", help="take one line in N (default: %(default)s)")
     result.add_argument("--output", type=Path, metavar="FILE", help=f"draw the histograms there; suffix {', '.join(SUFFIXES)}")
     result.add_argument("--json", type=Path, metavar="FILE", help="write the energies of all lines there; suffix .json")
@@ -160,13 +158,13 @@ def parser() -> Parser:
 def run(argv: Sequence[str] | None) -> None:
     """The command; :class:`UserError` on bad input."""
     options = parser().parse_args(argv)
+    check_names(options, "pairs")
     if options.every < 1:
         raise UserError(f"--every must be at least 1, not {options.every}; choose a greater number")
     output = check_output(options.output, SUFFIXES) if options.output else None
     numbers = check_output(options.json, (".json",), "--json") if options.json else None
     check_installed(["maxflow", "ortools"])
-    folder = data_folder(options.data)
-    pairs = [load_pair(folder, name) for name in dict.fromkeys(options.pairs)]
+    pairs = load_pairs(options)
 
     results = {}
     with progress() as bar:
@@ -182,7 +180,7 @@ def run(argv: Sequence[str] | None) -> None:
             file.write(f"{json.dumps(document(results), indent=1)}\n".encode())
     console = Console()
     if not console.is_terminal:
-        console = Console(width=150)  # a file is as wide as the table
+        console = Console(width=200)  # a file is as wide as the table
     console.print(table(results))
 
 

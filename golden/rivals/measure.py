@@ -13,14 +13,15 @@ from rich.table import Table
 from ..cli import Parser, progress
 from ..config import Arithmetic, MatcherConfig
 from ..cost import matching_cost
-from ..dataset import MASKS, PAIRS, StereoPair, data_folder, load_pair
+from ..dataset import MASKS, StereoPair
 from ..energy import energy
-from ..errors import UserError, run_cli
+from ..errors import run_cli
 from ..evaluate import average
 from ..files import atomic, check_output
 from ..metrics import bad_pixels
+from .options import add_pair_options, check_installed, check_names, load_pairs
 from .parallel import add_worker_options, compute, workers
-from .registry import METHODS, PUBLISHED, PUBLISHED_PAIR, check_installed
+from .registry import METHODS, PUBLISHED, PUBLISHED_PAIR
 
 
 __all__ = ["main", "measure"]
@@ -80,7 +81,8 @@ def table(results: dict[str, dict[str, Result]]) -> Table:
                    caption=f"Right of the seconds: {SOURCE}.")
     printed = (*(f"printed {mask}" for mask in MASKS), "printed time")
     for column in ("method", "pair", *MASKS, "seconds", *printed):
-        result.add_column(column, justify="left" if column in ("method", "pair") else "right")
+        words = column in ("method", "pair")
+        result.add_column(column, justify="left" if words else "right", no_wrap=words)
     for name, of_method in results.items():
         published = PUBLISHED.get(METHODS[name].published or "")
         for number, (pair, one) in enumerate(of_method.items()):
@@ -108,10 +110,8 @@ def parser() -> Parser:
         "Bad pixels and time of rival methods and of ours on the four pairs of the Middlebury benchmark, all from the same grey levels, "
         "and beside them what the thesis's Table 1 prints. A worker computes one method on one pair at a time, and measures its own "
         "processor time. Methods: " + "; ".join(f"{name}: {method.about}" for name, method in METHODS.items()) + "."))
-    result.add_argument("--data", type=Path, metavar="DIR",
-                        help=f"folder that holds {', '.join(PAIRS)} (default: $STEREO_DATA, else ../shared/data/middlebury)")
+    add_pair_options(result)
     result.add_argument("--methods", nargs="+", choices=METHODS, default=list(METHODS), metavar="NAME", help="which (default: all)")
-    result.add_argument("--pairs", nargs="+", choices=PAIRS, default=list(PAIRS), metavar="NAME", help="which (default: all four)")
     add_worker_options(result, os.cpu_count() or 1)
     result.add_argument("--output", type=Path, metavar="FILE", help="write the results there too; suffix .json")
     return result
@@ -120,15 +120,10 @@ def parser() -> Parser:
 def run(argv: Sequence[str] | None) -> None:
     """The command; :class:`UserError` on bad input."""
     options = parser().parse_args(argv)
-    for option in ("methods", "pairs"):
-        names = getattr(options, option)
-        for name in names:
-            if names.count(name) > 1:
-                raise UserError(f"--{option} names {name} more than once; name each once")
+    check_names(options, "methods", "pairs")
     output = check_output(options.output, (".json",)) if options.output else None
     check_installed(sorted({need for name in options.methods if (need := METHODS[name].needs)}))
-    folder = data_folder(options.data)
-    pairs = [load_pair(folder, name) for name in options.pairs]
+    pairs = load_pairs(options)
 
     tasks = [(name, pair) for name in options.methods for pair in pairs]
     with workers(options.workers, options.scheduler) as pool, progress() as bar:
@@ -143,7 +138,7 @@ def run(argv: Sequence[str] | None) -> None:
             file.write(f"{json.dumps(document(results), indent=2)}\n".encode())
     console = Console()
     if not console.is_terminal:
-        console = Console(width=130)  # a file is as wide as the table
+        console = Console(width=200)  # a file is as wide as the table
     console.print(table(results))
     for sentence in energies(results):
         print(sentence)

@@ -7,11 +7,13 @@ from typing import Any
 
 from ..cli import Parser
 from ..errors import UserError
-from .registry import check_installed
+from .options import check_installed
 
 
 __all__ = ["add_worker_options", "compute", "workers"]
 
+
+TIMEOUT = 5  # seconds until a cluster must have answered
 
 Compute = Callable[[Sequence[Any], Callable[[], object]], list[Any]]
 
@@ -61,7 +63,7 @@ def workers(count: int, scheduler: str | None = None) -> Iterator[Compute]:
         from distributed import Client
 
         try:
-            client = Client(scheduler, timeout="5s")
+            client = Client(scheduler, timeout=TIMEOUT)
         except (OSError, ValueError) as error:
             raise UserError(f"no Dask scheduler answers at {scheduler} ({error}); correct --scheduler or leave it out") from error
         with client:

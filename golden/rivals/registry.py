@@ -1,20 +1,18 @@
 """All methods that are measured side by side, ours among them, and what the thesis prints of them."""
 
 import functools
-import importlib.util
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
 from numpy.typing import NDArray
 
 from ..config import Arithmetic, Cost, MatcherConfig
-from ..errors import UserError
 from ..matcher import disparities as match
 from . import cuts, opencv, scanline, ssd
 
 
-__all__ = ["METHODS", "PUBLISHED", "PUBLISHED_PAIR", "Method", "Published", "check_installed"]
+__all__ = ["METHODS", "PUBLISHED", "PUBLISHED_PAIR", "Method", "Published"]
 
 
 Disparities = Callable[[NDArray[Any], NDArray[Any], int], NDArray[Any]]
@@ -96,10 +94,3 @@ METHODS = {
     "one-pass-linear": _ours("the thesis's rule in ours", Arithmetic.LINEAR, lowers=True),
     "one-pass-fused": _ours("our second method: fused cost, support, refinement", Arithmetic.LINEAR, Cost.FUSED),
 }
-
-
-def check_installed(names: Iterable[str]) -> None:
-    """:class:`UserError` unless the packages are installed."""
-    for name in names:
-        if importlib.util.find_spec(name) is None:
-            raise UserError(f"the package {name} is not installed; install the extra lab of this package")
