@@ -10,6 +10,7 @@ import pytest
 from golden.config import Arithmetic, Cost, MatcherConfig
 from golden.matcher import disparities as match
 from golden.metrics import bad_pixels
+from golden.refine import fill_plain
 from golden.rivals import opencv, scanline, ssd
 from golden.rivals.differences import absolute_differences, beyond
 from golden.rivals.registry import METHODS, PUBLISHED
@@ -103,6 +104,21 @@ def test_ties_go_to_a_match_and_the_smaller_disparity():
     assert matched.all() and not labels.any()
 
 
+def test_a_match_goes_before_an_occlusion():
+    # Disparity 1 throughout costs 5 at every pixel; so does disparity 0 for three pixels, then one that is occluded.
+    cost = np.array([[[5, 5], [5, 5], [5, 5], [50, 5]]])
+    labels, matched = scanline.paths(cost, 5)
+    assert matched[0].tolist() == [False, True, True, True]  # the first has its match outside the picture
+    assert (labels == 1).all()
+
+
+def test_occluded_pixels_are_filled(pair):
+    left, right, *_ = pair
+    labels, matched = scanline.paths(absolute_differences(left, right, 16), scanline.OCCLUSION)
+    expected = fill_plain(labels, matched)
+    assert (scanline.disparities(left, right, 16) == expected).all() and (expected != labels).any()
+
+
 @pytest.fixture(scope="module")
 def pair():
     return layers(120, 60, 16, seed=3, noise=1.0)
@@ -147,9 +163,13 @@ def test_opencv(method):
     rng = np.random.default_rng(2)
     right = rng.integers(0, 256, (40, 100), dtype=np.uint8)
     left = np.roll(right, 7, axis=1)
-    threads = cv2.getNumThreads()
-    result = method(left, right, 20)
-    assert cv2.getNumThreads() == threads
+    before = cv2.getNumThreads()
+    cv2.setNumThreads(3)
+    try:
+        result = method(left, right, 20)
+        assert cv2.getNumThreads() == 3
+    finally:
+        cv2.setNumThreads(before)
     assert (result * 16 == np.rint(result * 16)).all()
     # The columns are right too that OpenCV leaves out, 32 to the left, and the first and the last line.
     assert (np.abs(result[:, 7:-2] - 7) <= 1).all()

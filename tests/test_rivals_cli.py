@@ -68,6 +68,7 @@ def test_rivals(folder, capsys):
     assert document["published"]["rows"]["Graph Cut Method"] == {"nonocc": 1.19, "all": 2.01, "disc": 6.24, "tool": "CPU", "seconds": 69.8}
     cells = {line.replace("│", " ").split()[0]: line.replace("│", " ").split() for line in printed.out.splitlines() if "tsukuba" in line}
     assert cells["one-pass-linear"][2:5] == [f"{expected['tsukuba'][mask]:.2f}" for mask in MASKS] and len(cells["one-pass-linear"]) == 6
+    assert printed.out.count("4.12") == 1  # beside the printed pair only
     assert cells["dynamic-programming"][6:] == ["4.12", "5.04", "12.00", "CPU", "1", "s"]
 
 
@@ -114,6 +115,12 @@ def test_energies_are_shown(folder, capsys):
 def test_only_those_that_lower_it_have_an_energy():
     pair = load_pair(".", "venus")
     assert "energy" not in measure.measure("ssd-min-filter", pair) and "energy" in measure.measure("one-pass-linear", pair)
+
+
+def test_seconds_are_those_of_the_method(monkeypatch):
+    clock = iter([5.0, 7.5])
+    monkeypatch.setattr(measure.time, "thread_time", lambda: next(clock))
+    assert measure.measure("one-pass-linear", load_pair(".", "venus"))["seconds"] == 2.5
 
 
 def test_gaps(folder, capsys):

@@ -131,6 +131,16 @@ def test_expansions_never_end_above_the_one_pass_labels(scene):
     assert energy_of_golden(found, cost, left, config) == seen[-1] < start
 
 
+@pytest.mark.parametrize("method, search", [(cuts.potts_expansion, cuts.alpha_expansion), (cuts.potts_swap, cuts.alpha_beta_swap)])
+def test_methods_search_the_potts_energy(scene, method, search):
+    left, right, _ = scene
+    energy = cuts.potts_energy(left, right, 9)
+    ran, expected = [], []
+    found = method(left, right, 9, lambda *state: ran.append(state))
+    assert (found == search(energy, np.argmin(energy.data, axis=-1), advance=lambda *state: expected.append(state))).all()
+    assert ran == expected and len(ran) > 9
+
+
 @pytest.mark.parametrize("config", [
     MatcherConfig(disparities=9, arithmetic="thesis"), MatcherConfig(disparities=9, arithmetic="float"),
     MatcherConfig(disparities=9, arithmetic="linear", cost=Cost.FUSED)])

@@ -103,15 +103,14 @@ def line_graph(data: Ints, weight: Ints) -> LineGraph:
     width, labels = data.shape
     shape = width, labels - 1
     vertex = np.arange(width * (labels - 1)).reshape(shape)
-    # More than some cut, that of one disparity for all pixels, so never severed. Against the t-links, it keeps a cut from severing two
-    # of a row, which the thesis's figure leaves open.
-    never = data.sum(axis=0).min() + 1
+    # Nothing leads back along a row, as in the thesis's figure, so a cut might sever two t-links of a row. None that does is minimal:
+    # to get from one disparity to another it would go round a pixel and pay its t-link twice, where all columns of n-links cost the same.
     along, between = data[:, 1:-1], np.repeat(weight, labels - 1)
     return LineGraph(
         shape, data[:, 0], data[:, -1],
         tails=np.concatenate([vertex[:, :-1].ravel(), vertex[:-1].ravel()]),
         heads=np.concatenate([vertex[:, 1:].ravel(), vertex[1:].ravel()]),
-        forward=np.concatenate([along.ravel(), between]), backward=np.concatenate([np.full(along.size, never), between]))
+        forward=np.concatenate([along.ravel(), between]), backward=np.concatenate([np.zeros_like(along.ravel()), between]))
 
 
 def augmenting_path(graph: LineGraph) -> Cut:
