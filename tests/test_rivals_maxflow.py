@@ -111,7 +111,7 @@ def test_gaps(solvers):
     for y, gap in zip((0, 5, 10), result):
         terms = maxflow.line_terms(cost, left, labels, local, y, config)
         found = maxflow.cut_labels(maxflow.augmenting_path(maxflow.line_graph(*terms))[1])
-        assert gap.differ == np.mean(found != labels[y]) and 0 < gap.differ < 0.5
+        assert gap.differ == np.mean(found != labels[y])
         assert (gap.rule, gap.least) == (maxflow.line_energy(labels[y], *terms), maxflow.line_energy(found, *terms))
     assert gaps_command.gaps(picture())[5].rule == result[1].rule
 
