@@ -142,8 +142,8 @@ def test_methods_search_the_potts_energy(scene, method, search):
 
 
 @pytest.mark.parametrize("config", [
-    MatcherConfig(disparities=9, arithmetic="thesis"), MatcherConfig(disparities=9, arithmetic="float"),
-    MatcherConfig(disparities=9, arithmetic="linear", cost=Cost.FUSED)])
+    MatcherConfig(disparities=9, arithmetic=Arithmetic.THESIS), MatcherConfig(disparities=9, arithmetic=Arithmetic.FLOAT),
+    MatcherConfig(disparities=9, arithmetic=Arithmetic.LINEAR, cost=Cost.FUSED)])
 def test_other_energies_are_refused(scene, config):
     left, right, linear = scene
     with pytest.raises(ValueError, match="linear"):

@@ -1,7 +1,9 @@
 """`python -m golden rivals`: bad pixels and time of every method, side by side."""
 
+import argparse
 import json
 import os
+import textwrap
 import time
 from collections.abc import Sequence
 from pathlib import Path
@@ -106,10 +108,12 @@ def energies(results: dict[str, dict[str, Result]]) -> list[str]:
 
 def parser() -> Parser:
     """The arguments of the command."""
-    result = Parser(prog="golden rivals", description=(
-        "Bad pixels and time of rival methods and of ours on the four pairs of the Middlebury benchmark, all from the same grey levels, "
-        "and beside them what the thesis's Table 1 prints. A worker computes one method on one pair at a time, and measures its own "
-        "processor time. Methods: " + "; ".join(f"{name}: {method.about}" for name, method in METHODS.items()) + "."))
+    result = Parser(
+        prog="golden rivals", formatter_class=argparse.RawDescriptionHelpFormatter, description=textwrap.fill(
+            "Bad pixels and time of rival methods and of ours on the four pairs of the Middlebury benchmark, all from the same grey levels, "
+            "and beside them what the thesis's Table 1 prints. A worker computes one method on one pair at a time, and measures its own "
+            "processor time.", 100),
+        epilog="\n".join(["methods:", *(f"  {name:22}{method.about}" for name, method in METHODS.items())]))
     add_pair_options(result)
     result.add_argument("--methods", nargs="+", choices=METHODS, default=list(METHODS), metavar="NAME", help="which (default: all)")
     add_worker_options(result, os.cpu_count() or 1)
