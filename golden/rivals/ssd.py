@@ -11,7 +11,9 @@ from .differences import absolute_differences
 __all__ = ["WINDOW", "disparities", "window_minimum", "window_sum"]
 
 
-WINDOW = 21  # pixels; of Scharstein and Szeliski's SSD with min filter (IJCV 47, 2002)
+# Pixels; of Scharstein and Szeliski's SSD with min filter (IJCV 47, 2002). Measured, 15 has 1.1 points fewer bad pixels on the four
+# pairs, but more on Tsukuba, the pair of Table 1.
+WINDOW = 21
 
 
 def _padded(array: NDArray[Any], size: int, axis: int) -> NDArray[Any]:
@@ -72,7 +74,7 @@ def disparities(left: NDArray[Any], right: NDArray[Any], labels: int, window: in
     (H, W) int64 ndarray
         Pixels.
     """
-    # int32 holds 21 lines of running sums over 4096 pixels: 21 * 4117 * 255**2 is above it, so columns are summed in int64.
+    # 64 bits, because a running sum along a line of 4096 pixels, of columns of 21, is above 2**32.
     cost: NDArray[Any] = absolute_differences(left, right, labels).astype(np.int64)**2
     for axis in (0, 1):
         cost = window_sum(cost, window, axis)
