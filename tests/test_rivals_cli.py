@@ -1,5 +1,6 @@
 """`python -m golden rivals` and `golden gaps`: figures, files, bad input."""
 
+import itertools
 import json
 import math
 
@@ -66,10 +67,13 @@ def test_rivals(folder, capsys):
     # Printed figures stay apart from measured ones, in a part and in columns of their own.
     assert rows["dynamic-programming"]["published"] == "Dynamic Programming" and "published" not in rows["one-pass-linear"]
     assert document["published"]["rows"]["Graph Cut Method"] == {"nonocc": 1.19, "all": 2.01, "disc": 6.24, "tool": "CPU", "seconds": 69.8}
-    cells = {line.replace("│", " ").split()[0]: line.replace("│", " ").split() for line in printed.out.splitlines() if "tsukuba" in line}
-    assert cells["one-pass-linear"][2:5] == [f"{expected['tsukuba'][mask]:.2f}" for mask in MASKS] and len(cells["one-pass-linear"]) == 6
-    assert printed.out.count("4.12") == 1  # beside the printed pair only
-    assert cells["dynamic-programming"][6:] == ["4.12", "5.04", "12.00", "CPU", "1", "s"]
+    lines = [line.split() for line in printed.out.splitlines()]
+    figures = {(line[0], above[0]): line[1:] for above, line in itertools.pairwise(lines) if line and line[0] == "tsukuba"}
+    assert figures["tsukuba", "one-pass-linear"][:3] == [f"{expected['tsukuba'][mask]:.2f}" for mask in MASKS]
+    assert len(figures["tsukuba", "one-pass-linear"]) == 4
+    assert figures["tsukuba", "dynamic-programming"][4:] == ["4.12/5.04/12", "1"]
+    assert printed.out.count("4.12/") == 1  # beside the printed pair only
+    assert max(map(len, printed.out.splitlines())) <= 80
 
 
 def test_processes_change_nothing(folder, capsys):
@@ -132,9 +136,12 @@ def test_gaps(folder, capsys):
     rule, least = (np.array(rows["venus"][name]) for name in ("rule", "least"))
     assert len(rule) == 5 and (rule >= least).all()
     percents = 100 * (rule / least - 1)
-    line = next(line for line in capsys.readouterr().out.splitlines() if "venus" in line).replace("│", " ").split()
-    quantiles = np.percentile(percents, (0, 10, 25, 50, 75, 90, 100))
-    assert line[:11] == ["venus", "5", str((rule == least).sum()), *(f"{value:.2f}" for value in (*quantiles, percents.mean()))]
+    rows_of = [line.replace("│", " ").split() for line in capsys.readouterr().out.splitlines()]
+    gaps = [line for line in rows_of if line[:1] == ["gap,"]]
+    expected = [*np.percentile(percents, (0, 10, 25, 50, 75, 90, 100)), percents.mean()]
+    assert [line[-4] for line in gaps] == [f"{value:.2f}" for value in expected]  # the column before the last; "%" is a word
+    assert ["lines", "5", "5"] in rows_of
+    assert next(line for line in rows_of if "optimal" in line)[-2] == str((rule == least).sum())
 
 
 BAD = [

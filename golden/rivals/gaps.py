@@ -3,7 +3,7 @@
 import io
 import json
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -95,18 +95,25 @@ def gaps(pair: StereoPair, every: int = 1, advance: Callable[[], object] = lambd
 
 
 def table(results: dict[str, list[LineGap]]) -> Table:
-    """The distribution of the gaps of every pair."""
-    result = Table(title="Energy of the one-pass rule above the minimum cut of each line, percent: quantiles over the lines",
-                   caption="seconds: median of a line, processor time of one thread, graph included")
-    for column in ("pair", "lines", "optimal", *(f"{quantile} %" for quantile in QUANTILES), "mean", "pixels that differ",
-                   "augmenting paths, s", "push-relabel, s"):
-        result.add_column(column, justify="left" if column == "pair" else "right")
-    for name, lines in results.items():
-        percents = [line.percent for line in lines]
-        seconds = np.median([line.seconds for line in lines], axis=0)
-        result.add_row(name, str(len(lines)), str(sum(line.rule == line.least for line in lines)),
-                       *(f"{value:.2f}" for value in np.percentile(percents, QUANTILES)), f"{np.mean(percents):.2f}",
-                       f"{100 * np.mean([line.differ for line in lines]):.1f} %", *(f"{value:.4f}" for value in seconds))
+    """The distribution of the gaps, a column for every pair."""
+    result = Table(title="Energy of the one-pass rule above the minimum cut of each line")
+    result.add_column("")
+    for name in results:
+        result.add_column(name, justify="right")
+    every = list(results.values())
+    percents = [[line.percent for line in lines] for lines in every]
+
+    def row(words: str, values: Iterable[str], **options: Any) -> None:
+        result.add_row(words, *values, **options)
+
+    row("lines", (str(len(lines)) for lines in every))
+    row("of them, the rule is optimal on", (str(sum(line.rule == line.least for line in lines)) for lines in every), end_section=True)
+    for quantile in QUANTILES:
+        row(f"gap, quantile {quantile} %", (f"{np.percentile(values, quantile):.2f} %" for values in percents))
+    row("gap, mean", (f"{np.mean(values):.2f} %" for values in percents), end_section=True)
+    row("pixels of another label", (f"{100 * np.mean([line.differ for line in lines]):.1f} %" for lines in every), end_section=True)
+    for number, words in enumerate(("augmenting paths", "push-relabel")):
+        row(f"{words}, ms a line, median", (f"{1000 * np.median([line.seconds[number] for line in lines]):.2f}" for lines in every))
     return result
 
 
@@ -178,10 +185,7 @@ def run(argv: Sequence[str] | None) -> None:
     if numbers:
         with atomic(numbers) as file:
             file.write(f"{json.dumps(document(results), indent=1)}\n".encode())
-    console = Console()
-    if not console.is_terminal:
-        console = Console(width=200)  # a file is as wide as the table
-    console.print(table(results))
+    Console().print(table(results))
 
 
 def main(argv: Sequence[str] | None = None) -> int:

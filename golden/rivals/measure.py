@@ -9,6 +9,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+from rich.box import SIMPLE_HEAD
 from rich.console import Console
 from rich.table import Table
 
@@ -78,23 +79,23 @@ def document(results: dict[str, dict[str, Result]]) -> dict[str, Any]:
 
 
 def table(results: dict[str, dict[str, Result]]) -> Table:
-    """The results for reading: a block of lines for each method."""
-    result = Table(title="Bad pixels: off by more than 1 pixel, percent; seconds of one thread",
-                   caption=f"Right of the seconds: {SOURCE}.")
-    printed = (*(f"printed {mask}" for mask in MASKS), "printed time")
-    for column in ("method", "pair", *MASKS, "seconds", *printed):
-        words = column in ("method", "pair")
-        result.add_column(column, justify="left" if words else "right", no_wrap=words)
+    """The results for reading, 80 characters wide: a block of lines for each method; printed figures have columns of their own."""
+    result = Table(title="Bad pixels: off by more than 1 pixel, percent; seconds of one thread", box=SIMPLE_HEAD, padding=(0, 1, 0, 0),
+                   caption=f"Printed: {SOURCE}.")
+    result.add_column("method, pair", no_wrap=True)
+    for column in (*MASKS, "seconds"):
+        result.add_column(column, justify="right", no_wrap=True)
+    for column in ("/".join(MASKS), "seconds"):
+        result.add_column(f"printed\n{column}", justify="right", no_wrap=True)
     for name, of_method in results.items():
-        published = PUBLISHED.get(METHODS[name].published or "")
-        for number, (pair, one) in enumerate(of_method.items()):
-            cells = [f"{one['figures'][mask]:.2f}" for mask in MASKS] + [f"{one['seconds']:.2f}"]
-            if published and pair == PUBLISHED_PAIR:
-                cells += [f"{published.figures[mask]:.2f}" for mask in MASKS] + [f"{published.tool} {published.seconds:g} s"]
-            result.add_row("" if number else name, pair, *cells)
+        result.add_row(name, style="bold")
+        for pair, one in of_method.items():
+            row = PUBLISHED.get(METHODS[name].published or "") if pair == PUBLISHED_PAIR else None
+            printed = ["/".join(f"{row.figures[mask]:g}" for mask in MASKS), f"{row.seconds:g}"] if row else []
+            result.add_row(f"  {pair}", *(f"{one['figures'][mask]:.2f}" for mask in MASKS), f"{one['seconds']:.2f}", *printed)
         figures = {pair: one["figures"] for pair, one in of_method.items()}
         seconds = sum(one["seconds"] for one in of_method.values())
-        result.add_row("", f"average of {sum(map(len, figures.values()))}", "", "", f"{average(figures):.2f}", f"{seconds:.2f}",
+        result.add_row(f"  average of {sum(map(len, figures.values()))}", "", "", f"{average(figures):.2f}", f"{seconds:.2f}",
                        end_section=True)
     return result
 
@@ -140,10 +141,7 @@ def run(argv: Sequence[str] | None) -> None:
     if output:
         with atomic(output) as file:
             file.write(f"{json.dumps(document(results), indent=2)}\n".encode())
-    console = Console()
-    if not console.is_terminal:
-        console = Console(width=200)  # a file is as wide as the table
-    console.print(table(results))
+    Console().print(table(results))
     for sentence in energies(results):
         print(sentence)
 
