@@ -12,7 +12,7 @@ from golden.config import Arithmetic, MatcherConfig
 from golden.dataset import MASKS, PAIRS, load_pair
 from golden.evaluate import evaluate
 from golden.images import write_picture
-from golden.rivals import measure, parallel
+from golden.rivals import gaps, measure, parallel
 from golden.rivals.registry import METHODS
 from golden.scenes import layers
 
@@ -127,8 +127,10 @@ def test_seconds_are_those_of_the_method(monkeypatch):
     assert measure.measure("one-pass-linear", load_pair(".", "venus"))["seconds"] == 2.5
 
 
-def test_gaps(folder, capsys):
+def test_gaps(folder, capsys, monkeypatch):
     needs("maxflow", "ortools")
+    clock = itertools.count(0, 0.25)
+    monkeypatch.setattr(gaps.time, "thread_time", lambda: next(clock))
     assert main(["gaps", "--data", ".", "--pairs", "venus", "tsukuba", "--every", "7", "--output", "a.png", "--json", "a.json"]) == 0
     assert (folder / "a.png").read_bytes().startswith(b"\x89PNG")
     rows = json.loads((folder / "a.json").read_text())["pairs"]
@@ -137,10 +139,12 @@ def test_gaps(folder, capsys):
     assert len(rule) == 5 and (rule >= least).all()
     percents = 100 * (rule / least - 1)
     rows_of = [line.replace("│", " ").split() for line in capsys.readouterr().out.splitlines()]
-    gaps = [line for line in rows_of if line[:1] == ["gap,"]]
+    distribution = [line for line in rows_of if line[:1] == ["gap,"]]
     expected = [*np.percentile(percents, (0, 10, 25, 50, 75, 90, 100)), percents.mean()]
-    assert [line[-4] for line in gaps] == [f"{value:.2f}" for value in expected]  # the column before the last; "%" is a word
+    assert [line[-4] for line in distribution] == [f"{value:.2f}" for value in expected]  # the column before the last; "%" is a word
     assert ["lines", "5", "5"] in rows_of
+    assert ["augmenting", "paths,", "ms", "a", "line,", "median", "250.00", "250.00"] in rows_of
+    assert ["push-relabel,", "ms", "a", "line,", "median", "250.00", "250.00"] in rows_of
     assert next(line for line in rows_of if "optimal" in line)[-2] == str((rule == least).sum())
 
 
