@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from . import evaluate, match, sparsification, tune
 from .cli import Parser
 from .errors import run_cli
+from .rivals import gaps, measure
 
 
 __all__ = ["main"]
@@ -16,6 +17,8 @@ COMMANDS = {
     "match": (match.main, "disparities of a pair of pictures"),
     "evaluate": (evaluate.main, "bad pixels on the Middlebury benchmark"),
     "sparsification": (sparsification.main, "whether confidence ranks errors"),
+    "rivals": (measure.main, "bad pixels and time of other methods beside ours"),
+    "gaps": (gaps.main, "how far the rule is from the minimum cut of each line"),
     "tune": (tune.main, "search for better parameters of the fused cost"),
 }
 

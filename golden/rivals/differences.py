@@ -1,0 +1,43 @@
+"""Differences of grey levels, which most rivals start from."""
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..cost import sub_pixel_buffers
+
+
+__all__ = ["absolute_differences", "beyond"]
+
+
+def beyond(width: int, labels: int) -> NDArray[np.bool_]:
+    """Which candidates have their right pixel outside the picture: (W, D), true where ``d > x``."""
+    return np.arange(labels) > np.arange(width)[:, None]
+
+
+def absolute_differences(left: NDArray[Any], right: NDArray[Any], labels: int) -> NDArray[np.int32]:
+    """``|left(x) - right(x - d)|`` of every pixel and label.
+
+    Parameters
+    ----------
+    left, right : (H, W) integer ndarray
+        Grey levels ``0..255``.
+    labels : int
+        Number of labels ``D``.
+
+    Returns
+    -------
+    (H, W, D) int32 ndarray
+        Where ``d > x`` the first pixel of the right line takes the place of the missing one; :func:`beyond` tells where.
+
+    Examples
+    --------
+    >>> absolute_differences(np.array([[9, 5]]), np.array([[5, 1]]), 2).tolist()
+    [[[4, 4], [4, 0]]]
+    """
+    left, right = np.asarray(left, dtype=np.int32), np.asarray(right, dtype=np.int32)
+    result = np.empty((*left.shape, labels), dtype=np.int32)
+    for y, line in enumerate(right):
+        np.abs(left[y, :, None] - sub_pixel_buffers(line, labels), out=result[y])
+    return result

@@ -1,0 +1,151 @@
+"""`python -m golden rivals`: bad pixels and time of every method, side by side."""
+
+import argparse
+import json
+import os
+import textwrap
+import time
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from rich.box import SIMPLE_HEAD
+from rich.console import Console
+from rich.table import Table
+
+from ..cli import Parser, progress
+from ..config import Arithmetic, MatcherConfig
+from ..cost import matching_cost
+from ..dataset import MASKS, StereoPair
+from ..energy import energy
+from ..errors import run_cli
+from ..evaluate import average
+from ..files import atomic, check_output
+from ..metrics import bad_pixels
+from .options import add_pair_options, check_installed, check_names, load_pairs
+from .parallel import add_worker_options, compute, workers
+from .registry import METHODS, PUBLISHED, PUBLISHED_PAIR
+
+
+__all__ = ["main", "measure"]
+
+
+Result = dict[str, Any]
+
+SOURCE = "the thesis, Table 1, as printed; on other machines, of its time"
+
+
+def measure(name: str, pair: StereoPair) -> Result:
+    """What a method makes of a pair.
+
+    Parameters
+    ----------
+    name : str
+        Of :data:`golden.rivals.registry.METHODS`.
+
+    Returns
+    -------
+    dict
+        ``"figures"``: percentage of bad pixels for each mask; ``"seconds"``: processor time of this thread; ``"energy"``, for methods that
+        lower it: that of :func:`golden.energy.energy` in ``LINEAR`` arithmetic.
+    """
+    method = METHODS[name]
+    # Processor time, because another task may hold the processor meanwhile; of the thread, because a worker may have others.
+    start = time.thread_time()
+    found = method.function(pair.left, pair.right, pair.disparities)
+    result: Result = {"seconds": time.thread_time() - start}
+    result["figures"] = {mask: bad_pixels(found, pair.truth, counted) for mask, counted in pair.masks.items()}
+    if method.lowers:
+        config = MatcherConfig(disparities=pair.disparities, arithmetic=Arithmetic.LINEAR)
+        result["energy"] = energy(found, matching_cost(pair.left, pair.right, config), pair.left, config)
+    return result
+
+
+def document(results: dict[str, dict[str, Result]]) -> dict[str, Any]:
+    """The results for a file: measured figures and printed ones apart."""
+    rows = {}
+    for name, of_method in results.items():
+        row: dict[str, Any] = {"about": METHODS[name].about, "average": average({pair: one["figures"] for pair, one in of_method.items()}),
+                               "seconds": sum(one["seconds"] for one in of_method.values()), "pairs": of_method}
+        published = PUBLISHED.get(METHODS[name].published or "")
+        if published:
+            row["published"] = published.name
+        rows[name] = row
+    return {
+        "unit": "percent of pixels off by more than 1 pixel", "seconds": "processor time of one thread", "energy": "of arithmetic linear",
+        "methods": rows,
+        "published": {"source": SOURCE, "pair": PUBLISHED_PAIR, "rows": {
+            row.name: {**row.figures, "tool": row.tool, "seconds": row.seconds} for row in PUBLISHED.values()}}}
+
+
+def table(results: dict[str, dict[str, Result]]) -> Table:
+    """The results for reading, 80 characters wide: a block of lines for each method; printed figures have columns of their own."""
+    result = Table(title="Bad pixels: off by more than 1 pixel, percent; seconds of one thread", box=SIMPLE_HEAD, padding=(0, 1, 0, 0),
+                   caption=f"Printed: {SOURCE}.")
+    result.add_column("method, pair", no_wrap=True)
+    for column in (*MASKS, "seconds"):
+        result.add_column(column, justify="right", no_wrap=True)
+    for column in ("/".join(MASKS), "seconds"):
+        result.add_column(f"printed\n{column}", justify="right", no_wrap=True)
+    for name, of_method in results.items():
+        result.add_row(name, style="bold")
+        for pair, one in of_method.items():
+            row = PUBLISHED.get(METHODS[name].published or "") if pair == PUBLISHED_PAIR else None
+            printed = ["/".join(f"{row.figures[mask]:g}" for mask in MASKS), f"{row.seconds:g}"] if row else []
+            result.add_row(f"  {pair}", *(f"{one['figures'][mask]:.2f}" for mask in MASKS), f"{one['seconds']:.2f}", *printed)
+        figures = {pair: one["figures"] for pair, one in of_method.items()}
+        seconds = sum(one["seconds"] for one in of_method.values())
+        result.add_row(f"  average of {sum(map(len, figures.values()))}", "", "", f"{average(figures):.2f}", f"{seconds:.2f}",
+                       end_section=True)
+    return result
+
+
+def energies(results: dict[str, dict[str, Result]]) -> list[str]:
+    """A sentence for every pair: how far expansions lower the energy of the one-pass labels."""
+    before, after = (results.get(name, {}) for name in ("one-pass-linear", "one-pass-expansion"))
+    return [f"{pair}: expansions lower the energy of the one-pass labels from {one['energy']} to {after[pair]['energy']}, "
+            f"by {100 * (1 - after[pair]['energy'] / one['energy']):.2f} %" for pair, one in before.items() if pair in after]
+
+
+def parser() -> Parser:
+    """The arguments of the command."""
+    result = Parser(
+        prog="golden rivals", formatter_class=argparse.RawDescriptionHelpFormatter, description=textwrap.fill(
+            "Bad pixels and time of rival methods and of ours on the four pairs of the Middlebury benchmark, all from the same grey "
+            "levels, and beside them what the thesis's Table 1 prints. A worker computes one method on one pair at a time, and measures "
+            "its own processor time.", 100),
+        epilog="\n".join(["methods:", *(f"  {name:22}{method.about}" for name, method in METHODS.items())]))
+    add_pair_options(result)
+    result.add_argument("--methods", nargs="+", choices=METHODS, default=list(METHODS), metavar="NAME", help="which (default: all)")
+    add_worker_options(result, os.cpu_count() or 1)
+    result.add_argument("--output", type=Path, metavar="FILE", help="write the results there too; suffix .json")
+    return result
+
+
+def run(argv: Sequence[str] | None) -> None:
+    """The command; :class:`UserError` on bad input."""
+    options = parser().parse_args(argv)
+    check_names(options, "methods", "pairs")
+    output = check_output(options.output, (".json",)) if options.output else None
+    check_installed(sorted({need for name in options.methods if (need := METHODS[name].needs)}))
+    pairs = load_pairs(options)
+
+    tasks = [(name, pair) for name in options.methods for pair in pairs]
+    with workers(options.workers, options.scheduler) as pool, progress() as bar:
+        task = bar.add_task("methods and pairs", total=len(tasks))
+        found = compute(pool, measure, tasks, lambda: bar.advance(task))
+    results: dict[str, dict[str, Result]] = {name: {} for name in options.methods}
+    for (name, pair), one in zip(tasks, found, strict=True):
+        results[name][pair.name] = one
+
+    if output:
+        with atomic(output) as file:
+            file.write(f"{json.dumps(document(results), indent=2)}\n".encode())
+    Console().print(table(results))
+    for sentence in energies(results):
+        print(sentence)
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run the command; the exit status is the result."""
+    return run_cli(run, argv, "golden rivals")

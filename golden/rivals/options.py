@@ -1,0 +1,42 @@
+"""What the commands of the rivals share: which pairs, and the packages of the extra ``lab``."""
+
+import argparse
+import importlib.util
+from collections.abc import Iterable
+from pathlib import Path
+
+from ..cli import Parser
+from ..dataset import PAIRS, StereoPair, data_folder, load_pair
+from ..errors import UserError
+
+
+__all__ = ["add_pair_options", "check_installed", "check_names", "load_pairs"]
+
+
+def add_pair_options(parser: Parser) -> None:
+    """Add ``--data`` and ``--pairs``, for :func:`load_pairs`."""
+    parser.add_argument("--data", type=Path, metavar="DIR",
+                        help=f"folder that holds {', '.join(PAIRS)} (default: $STEREO_DATA, else ../shared/data/middlebury)")
+    parser.add_argument("--pairs", nargs="+", choices=PAIRS, default=list(PAIRS), metavar="NAME", help="which (default: all four)")
+
+
+def load_pairs(options: argparse.Namespace) -> list[StereoPair]:
+    """The pairs that the options of :func:`add_pair_options` ask for; :class:`UserError` if they are not there."""
+    folder = data_folder(options.data)
+    return [load_pair(folder, name) for name in options.pairs]
+
+
+def check_names(options: argparse.Namespace, *lists: str) -> None:
+    """:class:`UserError` if an option that takes names is given one twice."""
+    for option in lists:
+        names = getattr(options, option)
+        for name in names:
+            if names.count(name) > 1:
+                raise UserError(f"--{option} names {name} more than once; name each once")
+
+
+def check_installed(names: Iterable[str]) -> None:
+    """:class:`UserError` unless the packages are installed."""
+    for name in names:
+        if importlib.util.find_spec(name) is None:
+            raise UserError(f"the package {name} is not installed; install the extra lab of this package")
