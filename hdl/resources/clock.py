@@ -111,12 +111,33 @@ def _synthesise(folder: Path, top: str, report: Callable[[str], None]) -> tuple[
             return types, "-nodsp" in options
 
 
+def without_collisions(text: str) -> str:
+    """RTLIL in which the read ports of memories marked :data:`hdl.delay.NO_COLLISION` may give anything where a write meets them.
+
+    Yosys heeds the mark only at ports that it makes from registers itself.
+
+    Examples
+    --------
+    >>> port = 'cell $memrd_v2 $1\\n parameter \\\\MEMID "\\\\\\\\m"\\n parameter \\\\COLLISION_X_MASK 1\\'0\\n'
+    >>> without_collisions("attribute \\\\no_rw_check 1\\n memory width 8 size 4 \\\\m\\n" + port).endswith("1'1\\n")
+    True
+    """
+    modules = re.split(r"(?m)^(?=module )", text)
+    for number, module in enumerate(modules):
+        marked = set(re.findall(r"attribute \\no_rw_check 1\n\s*(?:attribute .*\n\s*)*memory .* \\(\S+)\n", module))
+        if marked:
+            modules[number] = re.sub(
+                r'(cell \$memrd_v2 [^\n]*\n\s*parameter \\MEMID "\\\\(\S+)"\n(?:(?!\s*end\n).*\n)*?\s*parameter \\COLLISION_X_MASK 1\')0',
+                lambda found: found[1] + ("1" if found[2] in marked else "0"), module)
+    return "".join(modules)
+
+
 def place_and_route(component: Any, report: Callable[[str], None] = lambda step: None, *, seed: int = 1) -> Clock:
     """Synthesise, place and route ``component``, its ports at pins, in minutes. Paths from and to pins do not count."""
     top = "matcher"
     with tempfile.TemporaryDirectory(prefix="clock-") as temporary:
         folder = Path(temporary)
-        (folder / "design.il").write_text(ZERO_INIT.sub("", rtlil.convert(component, name=top, emit_src=False)))
+        (folder / "design.il").write_text(without_collisions(ZERO_INIT.sub("", rtlil.convert(component, name=top, emit_src=False))))
         types, soft = _synthesise(folder, top, report)
         report("place and route")
         # Relative names: the tool runs in a sandbox that sees the working folder only.
