@@ -32,6 +32,17 @@ def test_read(tmp_path, text):
         np.testing.assert_array_equal(picture, expected)
 
 
+def test_wider_words(tmp_path):
+    (tmp_path / "a.txt").write_text("// 3 1\n000000 01fe02 ffffff\n// 1 2\n000100\n000003\n")
+    wide, tall = read_text(tmp_path / "a.txt", 6)
+    assert wide.tolist() == [[0, 0x01FE02, 0xFFFFFF]] and tall.tolist() == [[256], [3]]
+    with pytest.raises(UserError, match="expected 3 bytes of two lower-case"):
+        read_text(tmp_path / "a.txt")
+    (tmp_path / "b.txt").write_bytes(TEXT)
+    with pytest.raises(UserError, match="expected 3 words of four lower-case"):
+        read_text(tmp_path / "b.txt", 4)
+
+
 def test_round_trip(tmp_path):
     rng = np.random.default_rng(1)
     pictures = [rng.integers(0, 256, shape, dtype=np.uint8) for shape in ((1, 1), (5, 3), (16, 16), (1, 300))]
