@@ -1,25 +1,27 @@
-"""How long a frame takes in simulation, for every engine in one run: ``python -m sim.bench``."""
+"""How long a frame takes in simulation, for every engine and cost in one run: ``python -m sim.bench``."""
 
 import sys
 import tempfile
 from collections.abc import Sequence
 from pathlib import Path
 
-import numpy as np
 from rich.console import Console
 from rich.table import Table
 
 from golden.cli import Parser, progress
-from golden.config import Arithmetic, Engine, MatcherConfig
+from golden.config import Arithmetic, Cost, Engine, MatcherConfig
 from golden.errors import UserError, run_cli
-from golden.labelling import match
 from golden.scenes import scene
 
-from .harness import Result, simulate
+from .harness import Result, mismatches, simulate
 from .simulators import SIMULATORS, SimulationError, require
 
 
 __all__ = ["main"]
+
+
+def _name(config: MatcherConfig) -> str:
+    return f"{config.engine}, cost {config.cost}"
 
 
 def _run(argv: Sequence[str] | None) -> int:
@@ -32,8 +34,9 @@ def _run(argv: Sequence[str] | None) -> int:
     if options.height not in range(1, 4097):
         raise UserError(f"--height must be a whole number from 1 to 4096, not {options.height}; choose a value in that range")
     try:
-        configs = [MatcherConfig(disparities=options.disparities, arithmetic=Arithmetic.LINEAR, max_width=options.width, engine=engine)
-                   for engine in Engine]
+        configs = [MatcherConfig(disparities=options.disparities, arithmetic=Arithmetic.LINEAR, max_width=options.width, engine=engine,
+                                 cost=cost)
+                   for engine, cost in ((Engine.SEQUENTIAL, Cost.THESIS), (Engine.STREAMING, Cost.THESIS), (Engine.STREAMING, Cost.FUSED))]
     except ValueError as error:
         raise UserError(f"{error}; choose a value in that range") from None
     if options.disparities not in MatcherConfig.SEQUENTIAL_DISPARITIES:
@@ -42,13 +45,12 @@ def _run(argv: Sequence[str] | None) -> int:
     require(options.simulator)
 
     left, right, _ = scene(options.width, options.height, options.disparities, seed=1)
-    expected = match(left, right, configs[0])
     results: list[Result] = []
-    mismatches = 0
+    wrong = 0
     with progress() as bar:
         task = bar.add_task("", total=len(configs) * options.height)
         for number, config in enumerate(configs):
-            def stage(text: str, name: str = config.engine) -> None:
+            def stage(text: str, name: str = _name(config)) -> None:
                 bar.update(task, description=f"{name}: {text}")
 
             def lines_done(lines: int, before: int = number * options.height) -> None:
@@ -57,14 +59,14 @@ def _run(argv: Sequence[str] | None) -> int:
             with tempfile.TemporaryDirectory(prefix="bench-") as work:
                 result = simulate(config, [left], [right], simulator=options.simulator, work_dir=Path(work), stage=stage,
                                   progress=lines_done)
-            mismatches += int(np.count_nonzero(result.labels[0] != expected))
+            wrong += mismatches(result, 0, left, right, config)
             results.append(result)
 
     table = Table(title=f"{options.width}x{options.height}, {options.disparities} disparities, one frame on {options.simulator}",
                   title_justify="left")
     table.add_column("")
     for config in configs:
-        table.add_column(str(config.engine), justify="right")
+        table.add_column(_name(config), justify="right")
     frames = [result.frames[0] for result in results]
     for title, cells in (
         ("seconds", [f"{result.seconds:.2f}" for result in results]),
@@ -78,8 +80,8 @@ def _run(argv: Sequence[str] | None) -> int:
         table.add_row(title, *cells)
     console = Console()
     console.print(table)
-    console.print(f"Mismatching pixels against golden: {mismatches}", highlight=False)
-    return 1 if mismatches else 0
+    console.print(f"Mismatching pixels against golden: {wrong}", highlight=False)
+    return 1 if wrong else 0
 
 
 def _main(argv: Sequence[str] | None) -> int:
