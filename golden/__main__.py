@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from . import evaluate, match, sparsification, tune
 from .cli import Parser
 from .errors import run_cli
+from .thesis import command as thesis
 
 
 __all__ = ["main"]
@@ -16,6 +17,7 @@ COMMANDS = {
     "match": (match.main, "disparities of a pair of pictures"),
     "evaluate": (evaluate.main, "bad pixels on the Middlebury benchmark"),
     "sparsification": (sparsification.main, "whether confidence ranks errors"),
+    "thesis": (thesis.main, "tables and figures of the thesis, and ours beside them"),
     "tune": (tune.main, "search for better parameters of the fused cost"),
 }
 
