@@ -4,7 +4,7 @@ import argparse
 import sys
 from collections.abc import Sequence
 
-from . import evaluate, match, sparsification, tune
+from . import data, evaluate, match, sparsification, tune
 from .cli import Parser
 from .errors import run_cli
 from .thesis import command as thesis
@@ -16,6 +16,7 @@ __all__ = ["main"]
 COMMANDS = {
     "match": (match.main, "disparities of a pair of pictures"),
     "evaluate": (evaluate.main, "bad pixels on the Middlebury benchmark"),
+    "data": (data.main, "whether a folder holds the Middlebury pairs"),
     "sparsification": (sparsification.main, "whether confidence ranks errors"),
     "thesis": (thesis.main, "tables and figures of the thesis, and ours beside them"),
     "tune": (tune.main, "search for better parameters of the fused cost"),

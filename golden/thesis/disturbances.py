@@ -39,8 +39,8 @@ def figure_45(lab: Laboratory) -> Section:
     return Section("Figure 45: intensity that varies", [
         "The thesis watches one pixel of its cameras: the left one reads 95 to 100, the right one 60 to 76, and it names this as one of "
         "two reasons for distortions in its live pictures. Here Tsukuba's right picture is multiplied by a gain (its cameras: about 0.7), "
-        "and noise is added to both (standard deviation in grey levels). Flicker: pixels whose disparity differs by more than one between two "
-        "frames of the same scene. A gain of 0.7 is far beyond what a sum of absolute differences bears: cameras must be adjusted to "
+        "and noise is added to both (standard deviation in grey levels). Flicker: pixels whose disparity differs by more than one between "
+        "two frames of the same scene. A gain of 0.7 is far beyond what a sum of absolute differences bears: cameras must be adjusted to "
         "each other first, or the cost must be one that gains do not move, as the census in the second method."],
         [Table(head, rows, words=0)],
         [Picture("figure-45", f"Tsukuba with gain {SHOWN[0]:g} and noise {SHOWN[1]:g}; bad pixels nonocc / all / disc.",
