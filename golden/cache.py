@@ -51,7 +51,8 @@ class Cache:
     def load(self, job: Job) -> Result | None:
         """The result of a job, ``None`` if it is not kept or its file is damaged."""
         try:
-            with np.load(self.path(job), allow_pickle=False) as arrays:
+            # Opened here: NumPy leaves the file open when it finds it damaged.
+            with self.path(job).open("rb") as file, np.load(file, allow_pickle=False) as arrays:
                 return dict(arrays)
         except (OSError, ValueError, EOFError, zipfile.BadZipFile):
             return None

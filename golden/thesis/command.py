@@ -25,8 +25,6 @@ __all__ = ["main"]
 TITLE = "The thesis, measured"
 NAME = "thesis"  # of the pages, and of the folder of pictures
 
-STEPS = (1, 20)
-
 
 def parser() -> Parser:
     """The arguments of the command."""
@@ -39,8 +37,6 @@ def parser() -> Parser:
     result.add_argument("--rivals", type=Path, metavar="FILE", help="what golden rivals --output FILE wrote, for table 1")
     result.add_argument("--resources", type=Path, metavar="FILE", help=(
         "what python -m hdl.resources.tables wrote, for tables 2 and 3 (default: docs/resources.md if it is there)"))
-    result.add_argument("--step", type=int, default=5, metavar="N",
-                        help=f"between the weights that are searched, {STEPS[0]} to {STEPS[1]} (default: %(default)s)")
     result.add_argument("--cache", type=Path, default=Path("build/thesis"), metavar="DIR", help=(
         "keep results there, by the content of what they come from; a second run computes what changed (default: %(default)s)"))
     add_worker_options(result)
@@ -101,8 +97,6 @@ def _write(folder: Path, sections: Sequence[Section]) -> list[Path]:
 def run(argv: Sequence[str] | None) -> None:
     """The command; :class:`UserError` on bad input."""
     options = parser().parse_args(argv)
-    if not STEPS[0] <= options.step <= STEPS[1]:
-        raise UserError(f"--step must be from {STEPS[0]} to {STEPS[1]}, not {options.step}; choose a value in that range")
     check_installed("dask", "jinja2")
     rivals = tables.read_rivals(options.rivals) if options.rivals else None
     beside = Path("docs/resources.md")
@@ -117,7 +111,7 @@ def run(argv: Sequence[str] | None) -> None:
     with contextlib.ExitStack() as stack:
         compute = stack.enter_context(workers(options.workers, options.scheduler))
         begin, advance = _steps(stack.enter_context(progress()))
-        lab = Laboratory(pairs, (left, right), compute, Cache(options.cache, source_digest(sources)), begin, advance, options.step)
+        lab = Laboratory(pairs, (left, right), compute, Cache(options.cache, source_digest(sources)), begin, advance)
         sections = list(chapters(lab, rivals, resources))
     files = _write(options.output, sections)
     size = sum(path.stat().st_size for path in files)

@@ -34,8 +34,6 @@ class Laboratory:
     cache : Cache
     begin, advance : callable
         Called with what is about to be computed and the number of its jobs, and after each of them.
-    step : int
-        Between the weights that are searched.
     """
     pairs: Mapping[str, StereoPair]
     colours: tuple[NDArray[np.uint8], NDArray[np.uint8]]
@@ -43,7 +41,6 @@ class Laboratory:
     cache: Cache
     begin: Callable[[str, int], object] = lambda what, count: None
     advance: Callable[[], object] = lambda: None
-    step: int = 5
 
     @property
     def tsukuba(self) -> StereoPair:

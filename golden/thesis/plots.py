@@ -55,18 +55,17 @@ def panels(pictures: Sequence[tuple[str, NDArray[Any], int | None]], columns: in
 
 
 def curves(graphs: Sequence[tuple[str, dict[str, tuple[Sequence[float], Sequence[float]]]]], x: str, y: str, columns: int = 2) -> bytes:
-    """Graphs side by side: of each the title, and by name the places and heights of its curves. A name that ends in ``thesis`` is a dot."""
+    """Graphs side by side: of each the title, and by name the places and heights of its curves."""
     from matplotlib.figure import Figure
 
     rows = -(-len(graphs) // columns)
     figure = Figure(figsize=(WIDTH, rows * WIDTH / columns * 0.7), layout="constrained")
     all_axes = figure.subplots(rows, columns, squeeze=False)
-    for axes, (title, lines) in zip(all_axes.flat, graphs, strict=True):
-        for number, (name, (places, heights)) in enumerate(lines.items()):
-            if name.endswith("thesis"):
-                axes.plot(places, heights, "kx", label=name, markersize=5)
-            else:
-                axes.plot(places, heights, marker=".", label=name, color=f"C{number}")
+    for axes in all_axes.flat[len(graphs):]:
+        axes.set_axis_off()
+    for axes, (title, lines) in zip(all_axes.flat, graphs, strict=False):
+        for name, (places, heights) in lines.items():
+            axes.plot(places, heights, marker=".", label=name)
         axes.set_title(title, fontsize=10)
         axes.set(xlabel=x, ylabel=y, ylim=(0, None))
         axes.legend(fontsize=8)
