@@ -77,6 +77,14 @@ def test_colours_begin_at_the_minimum(folder):
     np.testing.assert_array_equal(colours("c.png"), colour_map(np.load("d.npy") - 3, 20))
 
 
+def test_the_sheet_s_scale_is_what_is_searched(folder, monkeypatch):
+    calls = []
+    monkeypatch.setattr("golden.products.write_sheet", lambda *arguments: calls.append(arguments))
+    assert main([*PAIR, "--minimum", "3", "--sheet", "s.png", *TRUTH, "--threshold", "2"]) == 0
+    path, _, disparity, limits, truth, threshold = calls[0]
+    assert (str(path), limits, threshold) == ("s.png", (3, 22), 2) and truth[0].shape == disparity.shape
+
+
 def test_fractions_have_products_too(folder):
     assert main([*PAIR, "--cost", "fused", "--sub-pixel", "--colour", "c.png", "--depth", "z.npy", "--focal", "50", "--baseline", "2"]) == 0
     disparity = np.load("d.npy")

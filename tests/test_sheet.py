@@ -28,7 +28,7 @@ def colours(path):
 
 def test_sheet(tmp_path):
     rng = np.random.default_rng(1)
-    left, disparity = rng.integers(0, 256, (30, 40), dtype=np.uint8), rng.integers(5, 21, (30, 40))
+    left, disparity = np.full((30, 40), 90, np.uint8), rng.integers(5, 21, (30, 40))
     truth = np.where(disparity == 7, np.inf, disparity + 3.0)
     write_sheet(tmp_path / "two.png", left, disparity, (5, 20))
     write_sheet(tmp_path / "four.png", left, disparity, (5, 20), (truth, np.isfinite(truth)))
@@ -40,6 +40,8 @@ def test_sheet(tmp_path):
         return (sheet == colour).all(axis=-1).mean()
 
     assert share(four, BAD) > 0.1 and share(two, BAD) < 0.001
+    assert share(four, (90, 90, 90)) > 0.1 and share(two, (90, 90, 90)) > 0.2
+    assert len(np.unique(two[:, -two.shape[1] // 6:].reshape(-1, 3), axis=0)) > 150  # the colour bar
     # The ends of viridis: the scale reaches from the least disparity to the greatest, not from 0.
     assert share(two, (68, 1, 84)) > 0.005 and share(two, (253, 231, 36)) > 0.005
     assert (tmp_path / "four.svg").read_bytes().startswith(b"<?xml")
