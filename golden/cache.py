@@ -1,5 +1,6 @@
 """Results that are kept on disk, found again by what they were computed from."""
 
+import ast
 import hashlib
 import os
 import zipfile
@@ -15,10 +16,26 @@ from .files import atomic
 from .workers import Job
 
 
-__all__ = ["Cache", "source_digest"]
+__all__ = ["Cache", "source_digest", "source_files"]
 
 
 Result = dict[str, NDArray[Any]]
+
+
+def source_files(path: str | os.PathLike[str]) -> set[Path]:
+    """A source file, all that it imports from its own package by relative imports, all that those import, and so on."""
+    found: set[Path] = set()
+    waiting = [Path(path).resolve()]
+    while waiting:
+        file = waiting.pop()
+        if file in found or not file.is_file():
+            continue
+        found.add(file)
+        for node in ast.walk(ast.parse(file.read_bytes())):
+            if isinstance(node, ast.ImportFrom) and node.level:
+                base = file.parents[node.level - 1].joinpath(*(node.module or "").split("."))
+                waiting += [base.with_suffix(".py"), base / "__init__.py", *(base / f"{alias.name}.py" for alias in node.names)]
+    return found
 
 
 def source_digest(files: Iterable[str | os.PathLike[str]]) -> str:

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from golden.cache import Cache, source_digest
+from golden.cache import Cache, source_digest, source_files
 from golden.config import MatcherConfig
 from golden.errors import UserError
 from golden.labelling import match
@@ -50,6 +50,25 @@ def test_a_file_in_the_way(tmp_path):
     (tmp_path / "file").touch()
     with pytest.raises(UserError, match=r"cannot make the folder .*file/below.* choose another --cache"):
         Cache(tmp_path / "file" / "below", "1").keep(JOB, {})
+
+
+def test_sources(tmp_path):
+    files = {
+        "a.py": "from .b import x\nimport os\nfrom . import c, nothing",
+        "b.py": "def f():\n    from .below.d import y\nfrom os import path",
+        "c.py": "from .a import z", "other.py": "from . import a", "below/__init__.py": "", "e.py": "", "below/f.py": "", "below/g.py": "",
+        "below/d.py": "from ..e import w\nfrom . import g"}
+    for name, text in files.items():
+        (tmp_path / name).parent.mkdir(exist_ok=True)
+        (tmp_path / name).write_text(text)
+
+    def names(start):
+        return {path.relative_to(tmp_path.resolve()).as_posix() for path in source_files(tmp_path / start)}
+
+    assert names("a.py") == set(files) - {"other.py", "below/f.py"}
+    assert names("below/g.py") == {"below/g.py"}
+    (tmp_path / "h.py").write_text("from .below import f")
+    assert names("h.py") == {"h.py", "below/__init__.py", "below/f.py"}
 
 
 def test_digest(tmp_path):

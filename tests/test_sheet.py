@@ -40,7 +40,7 @@ def test_sheet(tmp_path):
         return (sheet == colour).all(axis=-1).mean()
 
     assert share(four, BAD) > 0.1 and share(two, BAD) < 0.001
-    assert share(four, (90, 90, 90)) > 0.1 and share(two, (90, 90, 90)) > 0.2
+    assert min((np.abs(sheet.astype(int) - 90).max(axis=-1) <= 1).mean() for sheet in (two, four)) > 0.1
     assert len(np.unique(two[:, -two.shape[1] // 6:].reshape(-1, 3), axis=0)) > 150  # the colour bar
     # The ends of viridis: the scale reaches from the least disparity to the greatest, not from 0.
     assert share(two, (68, 1, 84)) > 0.005 and share(two, (253, 231, 36)) > 0.005

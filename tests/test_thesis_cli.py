@@ -108,14 +108,14 @@ def lab(data, tmp_path):
 def test_the_search_finds_the_least(lab, monkeypatch):
     monkeypatch.setattr(weights, "SEARCHED", (0, 10, 40))
     tried, average, of_grid = weights._best(lab, ["tsukuba"])
-    assert of_grid == 27 and len(set(tried)) == len(tried) > 100 and (15, 10, 5) in tried
+    assert of_grid == 27 and len(set(tried)) == len(tried) > 40 and (15, 10, 5) in tried
     pair = lab.tsukuba
     for at in (0, 13, of_grid, len(tried) - 1, int(average.argmin())):
         labels = sweeps.labels_of(pair, "float", tried[at])
         assert average[at] == pytest.approx(labels["bad"].mean())
     best = tried[int(average[:of_grid].argmin())]
     finer = set(tried[of_grid:]) - {(15, 10, 5)}
-    assert all(abs(u - middle) in (0, 2, 4) for near in finer for u, middle in zip(near, best, strict=True))
+    assert all(abs(u - middle) in (0, 3) for near in finer for u, middle in zip(near, best, strict=True))
 
 
 def test_the_thesis_s_optimum_is_ranked(lab, monkeypatch):

@@ -103,6 +103,6 @@ def test_extension():
     # Within four columns: 1 .. 4 and 7 .. 9 (10 is masked). Too near: 1, 4, 7; column 3 is off by one only.
     assert sweeps.extension(labels, pair) == pytest.approx(100 * 3 / 7)
     # Within one column: 4 and 7.
-    assert sweeps.extension(labels, pair, reach=1) == 100
+    assert sweeps.extension(labels, pair, sweeps.beside_nearer(pair, reach=1)) == 100
     flat = dataclasses.replace(pair, truth=np.full(truth.shape, 2.0))
     assert sweeps.extension(labels, flat) == 0

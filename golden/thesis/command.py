@@ -8,13 +8,13 @@ from pathlib import Path
 from rich.progress import Progress
 
 from .. import images
-from ..cache import Cache, source_digest
+from ..cache import Cache, source_digest, source_files
 from ..cli import Parser, progress
 from ..dataset import PAIRS, data_folder, load_pair
 from ..errors import UserError, run_cli
 from ..files import atomic
 from ..workers import add_worker_options, check_installed, workers
-from . import disturbances, results, tables, weights
+from . import disturbances, results, sweeps, tables, weights
 from .laboratory import Laboratory
 from .page import Section, Table, html, markdown
 
@@ -106,12 +106,11 @@ def run(argv: Sequence[str] | None) -> None:
     left, right = (images.read_colours(folder / "tsukuba" / f"{side}.png") for side in ("left", "right"))
     _check_folder(options.output, "--output")
 
-    here = Path(__file__).parent
-    sources = [*here.parent.glob("*.py"), *(here / f"{name}.py" for name in ("choices", "disturb", "sweeps"))]
+    digest = source_digest(source_files(sweeps.__file__))
     with contextlib.ExitStack() as stack:
         compute = stack.enter_context(workers(options.workers, options.scheduler))
         begin, advance = _steps(stack.enter_context(progress()))
-        lab = Laboratory(pairs, (left, right), compute, Cache(options.cache, source_digest(sources)), begin, advance)
+        lab = Laboratory(pairs, (left, right), compute, Cache(options.cache, digest), begin, advance)
         sections = list(chapters(lab, rivals, resources))
     files = _write(options.output, sections)
     size = sum(path.stat().st_size for path in files)

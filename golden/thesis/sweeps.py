@@ -19,8 +19,8 @@ from . import choices
 from .disturb import distort, disturb, straighten
 
 
-__all__ = ["METHODS", "bad", "border_figures", "choice_figures", "disturbed", "extension", "labels_of", "lens_figures", "local_figures",
-           "method_config", "weight_figures"]
+__all__ = ["METHODS", "bad", "beside_nearer", "border_figures", "choice_figures", "disturbed", "extension", "labels_of", "lens_figures",
+           "local_figures", "method_config", "weight_figures"]
 
 
 Result = dict[str, NDArray[Any]]
@@ -70,15 +70,31 @@ def weight_figures(pair: StereoPair, method: str, weights: Sequence[tuple[int, i
     config = method_config(method, pair.disparities)
     cost = matching_cost(pair.left, pair.right, config)
     local = local_disparity(cost)
+    beside = beside_nearer(pair)
     result, extended = [], []
     for u1, u2, u3 in weights:
         labels = labelling(cost, local, pair.left, dataclasses.replace(config, u1=u1, u2=u2, u3=u3))
         result.append(bad(labels, pair))
-        extended.append(extension(labels, pair))
+        extended.append(extension(labels, pair, beside))
     return {"bad": np.array(result), "extended": np.array(extended)}
 
 
-def extension(labels: NDArray[Any], pair: StereoPair, reach: int = 4) -> float:
+def beside_nearer(pair: StereoPair, reach: int = 4) -> NDArray[np.bool_]:
+    """Pixels that some mask counts and that have one nearer by more than a pixel of disparity within ``reach`` columns and rows.
+
+    Returns
+    -------
+    (H, W) bool ndarray
+    """
+    known = np.isfinite(pair.truth)
+    near = np.pad(np.where(known, pair.truth, -np.inf), reach, constant_values=-np.inf)
+    near = sliding_window_view(near, (2 * reach + 1, 2 * reach + 1)).max(axis=(2, 3))
+    beside = known & np.any(list(pair.masks.values()), axis=0)
+    beside[beside] = near[beside] > pair.truth[beside] + 1
+    return beside
+
+
+def extension(labels: NDArray[Any], pair: StereoPair, beside: NDArray[np.bool_] | None = None) -> float:
     """How far near objects are extended over what is behind them: percent of the pixels beside one that are given too near a disparity.
 
     Parameters
@@ -86,19 +102,15 @@ def extension(labels: NDArray[Any], pair: StereoPair, reach: int = 4) -> float:
     labels : (H, W) ndarray
         Pixels.
     pair : StereoPair
-    reach : int
-        Pixels: a pixel is beside an object if within this many columns and rows there is one more than a pixel of disparity nearer.
+    beside : (H, W) bool ndarray or None
+        Of :func:`beside_nearer`, which it is by default.
 
     Returns
     -------
     float
-        ``0..100``; 0 where no pixel of the pair is beside a nearer one.
+        ``0..100``; 0 where no pixel is beside a nearer one.
     """
-    known = np.isfinite(pair.truth)
-    near = np.pad(np.where(known, pair.truth, -np.inf), reach, constant_values=-np.inf)
-    near = sliding_window_view(near, (2 * reach + 1, 2 * reach + 1)).max(axis=(2, 3))
-    beside = known & np.any(list(pair.masks.values()), axis=0)
-    beside[beside] = near[beside] > pair.truth[beside] + 1
+    beside = beside_nearer(pair) if beside is None else beside
     return float(100 * np.mean(labels[beside] > pair.truth[beside] + 1)) if beside.any() else 0.0
 
 
