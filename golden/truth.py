@@ -36,6 +36,8 @@ def check_truth_options(options: argparse.Namespace) -> None:
         raise UserError(f"--truth-scale must be a number above 0, not {options.truth_scale:g}; give the units of --truth a pixel")
     if not (math.isfinite(options.threshold) and options.threshold >= 0):
         raise UserError(f"--threshold must be a number of pixels from 0, not {options.threshold:g}; choose such a number")
+    if options.truth_scale != 1 and not options.truth:
+        raise UserError(f"--truth-scale {options.truth_scale:g} is for --truth, which is missing; give --truth FILE or leave it out")
     if options.mask and not options.truth:
         raise UserError(f"{options.mask} masks a ground truth, but there is none; give --truth too or leave --mask out")
 

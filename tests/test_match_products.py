@@ -118,6 +118,7 @@ def test_depth(folder, arguments, calibration):
     ([*TRUTH, "--mask", "empty.png"], "empty.png has no pixel of level 255"),
     ([*TRUTH, "--mask", "narrow.png"], "narrow.png has 59x24 pixels, but the pictures have 60x24"),
     ([*TRUTH, "--mask", "lines.png"], "lines.png marks only pixels whose disparity truth.png does not know"),
+    (["--truth-scale", "8"], "--truth-scale 8 is for --truth, which is missing"),
     (["--mask", "mask.png"], "mask.png masks a ground truth, but there is none"),
     (["--depth", "z.npy"], "--focal is missing, without which there is no depth"),
     (["--depth", "z.npy", "--focal", "50"], "--baseline is missing"),
