@@ -75,4 +75,5 @@ def percent(values: Sequence[float] | NDArray[np.float64]) -> list[str]:
 
 def difference(ours: Sequence[float] | NDArray[np.float64], theirs: Mapping[str, float]) -> list[str]:
     """Ours less the thesis's, with the sign, for each of the benchmark's masks."""
-    return [f"{value - theirs[mask]:+.2f}" for value, mask in zip(ours, MASKS, strict=True)]
+    # Added to 0, a rounded -0.0 loses its sign.
+    return [f"{0.0 + round(value - theirs[mask], 2):+.2f}" for value, mask in zip(ours, MASKS, strict=True)]

@@ -55,7 +55,7 @@ HTML = """\
 <meta name="viewport" content="width=device-width, initial-scale=1">
 <title>{{ title }}</title>
 <style>
-body { font: 16px/1.5 system-ui, sans-serif; color: #222; max-width: 62rem; margin: 2rem auto; padding: 0 1rem; }
+body { font: 16px/1.5 system-ui, sans-serif; color: #222; max-width: 66rem; margin: 2rem auto; padding: 0 1rem; }
 h2 { margin-top: 3rem; border-bottom: 1px solid #ccc; }
 figure { margin: 1.5rem 0; }
 figure img { max-width: 100%; height: auto; }
@@ -63,7 +63,10 @@ figcaption { color: #555; font-size: .9rem; }
 div.table { overflow-x: auto; margin: 1rem 0; }
 table { border-collapse: collapse; font-size: .9rem; font-variant-numeric: tabular-nums; }
 th, td { padding: .2rem .7rem; border-bottom: 1px solid #ddd; text-align: right; }
-.word { text-align: left; }
+table.wide { font-size: .78rem; }
+table.wide th, table.wide td { padding: .2rem .35rem; }
+th.word, td.word { text-align: left; }
+td.word { white-space: nowrap; }
 </style>
 </head>
 <body>
@@ -84,7 +87,7 @@ th, td { padding: .2rem .7rem; border-bottom: 1px solid #ddd; text-align: right;
 <figcaption>{{ picture.caption }}</figcaption></figure>
 {%- endfor %}
 {%- for table in section.tables %}
-<div class="table"><table>
+<div class="table"><table{{ " class=wide" if table.head | length > 9 }}>
 <tr>{% for cell in table.head %}<th{{ " class=word" if loop.index <= table.words }}>{{ cell }}</th>{% endfor %}</tr>
 {%- for row in table.rows %}
 <tr>{% for cell in row %}<td{{ " class=word" if loop.index <= table.words }}>{{ cell }}</td>{% endfor %}</tr>

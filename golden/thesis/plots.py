@@ -59,7 +59,7 @@ def curves(graphs: Sequence[tuple[str, dict[str, tuple[Sequence[float], Sequence
     from matplotlib.figure import Figure
 
     rows = -(-len(graphs) // columns)
-    figure = Figure(figsize=(WIDTH, rows * WIDTH / columns * 0.7), layout="constrained")
+    figure = Figure(figsize=(WIDTH, rows * WIDTH / max(columns, 2) * 0.7), layout="constrained")
     all_axes = figure.subplots(rows, columns, squeeze=False)
     for axes in all_axes.flat[len(graphs):]:
         axes.set_axis_off()

@@ -26,7 +26,7 @@ EQUAL: Sequence[int] = (0, 1, 2, 3, 5, 7, 10, 15, 20, 25, 30, 40, 50, 63)
 SHOWN = (5, 15, 30, 50)  # of figure 36
 COMBINATIONS: tuple[Weights, ...] = ((30, 5, 5), (5, 30, 5), (5, 5, 30), OPTIMUM)
 SEARCHED = (0, 5, 10, 15, 25)
-FINE = 3  # step of the second search, about the best of the first
+FINER = (3, 1)  # steps of the searches after it, each about the best so far
 
 
 def _equal(lab: Laboratory) -> dict[str, sweeps.Result]:
@@ -93,18 +93,26 @@ def _search(lab: Laboratory, what: str, sets: Iterable[Weights], names: Iterable
     return list(itertools.chain.from_iterable(groups)), bad
 
 
-def _around(centre: Weights) -> set[Weights]:
-    steps = [[u for u in range(middle - FINE, middle + FINE + 1, FINE) if 0 <= u <= WEIGHT_MAX] for middle in centre]
-    return {(a, b, c) for a, b, c in itertools.product(*steps)}
+def _around(centre: Weights, step: int) -> set[Weights]:
+    """Each weight less, the same and more by a step, in all combinations."""
+    near = [[u for u in (middle - step, middle, middle + step) if 0 <= u <= WEIGHT_MAX] for middle in centre]
+    return {(a, b, c) for a, b, c in itertools.product(*near)}
 
 
-def _best(lab: Laboratory, names: list[str]) -> tuple[list[Weights], NDArray[np.float64], int]:
-    """All weights that were tried on some pairs, their average of bad pixels, and how many of them are of the coarse grid (the first)."""
-    grid, bad = _search(lab, "figure 37, search", {(a, b, c) for a, b, c in itertools.product(SEARCHED, repeat=3)}, names)
-    average = bad.mean(axis=(1, 2))
-    centre = grid[average.argmin()]
-    finer, more = _search(lab, "figure 37, finer", (_around(centre) | {OPTIMUM}) - set(grid), names)
-    return grid + finer, np.concatenate([average, more.mean(axis=(1, 2))]), len(grid)
+def _best(lab: Laboratory, names: list[str]) -> dict[Weights, float]:
+    """Average of bad pixels on some pairs for all weights that were tried: the coarse grid, in order, and what was tried after it."""
+    average: dict[Weights, float] = {}
+
+    def attempt(what: str, sets: set[Weights]) -> None:
+        weights, bad = _search(lab, f"figure 37, {what}", sets, names)
+        average.update(zip(weights, bad.mean(axis=(1, 2)).tolist(), strict=True))
+
+    attempt("grid", {(a, b, c) for a, b, c in itertools.product(SEARCHED, repeat=3)})
+    for step in FINER:
+        # As long as something better is found beside the best.
+        while more := (_around(min(average, key=average.__getitem__), step) | {OPTIMUM}) - set(average):
+            attempt(f"steps of {step}", more)
+    return average
 
 
 def figure_37(lab: Laboratory) -> Section:
@@ -115,7 +123,8 @@ def figure_37(lab: Laboratory) -> Section:
                 for weights in COMBINATIONS]
     rows, sentences, maps = [], [], []
     for title, names in (("Tsukuba, average of three", ["tsukuba"]), (f"all pairs, average of {3 * len(lab.pairs)}", list(lab.pairs))):
-        weights, average, of_grid = _best(lab, names)
+        tried = _best(lab, names)
+        weights, average = list(tried), np.array(list(tried.values()))
         order = np.argsort(average, kind="stable")
         at = weights.index(OPTIMUM)
         rank = int((average < average[at]).sum()) + 1
@@ -126,13 +135,14 @@ def figure_37(lab: Laboratory) -> Section:
         sentences.append(f"{title}: {'/'.join(map(str, best))} gives {average[order[0]]:.2f} %, the thesis's {average[at]:.2f} %, rank "
                          f"{rank} of {len(weights)} tried")
         # Of the coarse grid, the best over u3 for every u1 and u2.
-        cube = average[:of_grid].reshape([len(SEARCHED)] * 3)
+        cube = average[:len(SEARCHED)**3].reshape([len(SEARCHED)] * 3)
         maps.append((title, cube.min(axis=2).T))
     return Section("Figure 37: different weights, and the search for the best", [
         "Each panel raises one weight; titles give bad pixels nonocc / all / disc in percent. The thesis prints its pictures' weights in "
         "the figure only, so these are ours. A great u1 smears along the line, a great u2 down the picture, a great u3 draws towards the "
         "local disparities.",
-        f"The search tries all combinations of {', '.join(map(str, SEARCHED))}, then each of the best of them {FINE} less and {FINE} more. "
+        f"The search tries all combinations of {', '.join(map(str, SEARCHED))}, then walks from the best of them in steps of "
+        f"{' and '.join(map(str, FINER))} for as long as a neighbour is better. "
         f"The thesis calls 15/10/5 optimal. {'. '.join(sentences)}. So 15/10/5 "
         + ("is the optimum of what was tried." if "rank 1 of" in sentences[-1] else "is near the optimum but not it.")],
         [Table(["searched on", "u1/u2/u3", "average, %", "less 15/10/5"], rows, words=2)],
