@@ -63,7 +63,8 @@ def thesis(data, *arguments):
 
 
 def test_pages(data, folder, capsys, monkeypatch):
-    (folder / "rivals.json").write_text(json.dumps(RIVALS))
+    sgm = RIVALS["methods"]["sgm"]
+    (folder / "rivals.json").write_text(json.dumps({"methods": RIVALS["methods"] | {"one-pass-linear": sgm, "one-pass-expansion": sgm}}))
     (folder / "resources.md").write_text(RESOURCES)
     assert thesis(data, "--rivals", "rivals.json", "--resources", "resources.md") == 0
     printed = capsys.readouterr()
@@ -83,6 +84,7 @@ def test_pages(data, folder, capsys, monkeypatch):
     assert f"| one pass, float | 5.09 | 7.08 | 18.20 | {' | '.join([*ours, *apart])} | 0.04 FPGA |" in text
     assert "| scan | 4.12 | 5.04 | 12.00 | 4.00 | 5.50 | 12.00 | -0.12 | +0.46 | +0.00 | 1 CPU | 1.00 |" in text
     assert "| sgm | - | - | - | 3.00 | 4.00 | 9.00 | - | - | - | - | 0.10 |" in text
+    assert "| one-pass-expansion | - |" in text and "one-pass-linear" not in text  # which is measured here
     assert "| Graph Cut Method | 1.19 | 2.01 | 6.24 | - |" in text and "| Dynamic Programming |" not in text
     assert "| logic elements | 119,088 | 66,123 | 9,000 | 60,123 | 90,000 |" in text
     assert "15/10/5, the thesis's: rank" in text

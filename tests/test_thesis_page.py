@@ -65,6 +65,11 @@ def test_html_aligns_words_and_numbers():
     assert page.count("<td class=word>") == 4 and page.count("<td>") == 2 and page.count("<th class=word>") == 2
 
 
+def test_one_column_is_words_by_default():
+    section = Section("t", [], [Table(["pair", "n", "m"], [["a", "1", "2"]])])
+    assert "| --- | ---: | ---: |" in markdown("t", "f", [section], "p") and html_page("t", "f", [section]).count("<td class=word>") == 1
+
+
 def test_markdown():
     text = markdown("Title", "Before.", SECTIONS, "pics")
     assert text == """\

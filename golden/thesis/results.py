@@ -110,7 +110,8 @@ def tsukuba(lab: Laboratory) -> Section:
         f"Nearest in all three together is: {every[nearest]}; it is off by {apart[nearest]:.2f} points in sum, ours by "
         f"{np.abs(ours - theirs).sum():.2f}. To the last digit printed, {alike[most]} of the three figures come from: {every[most]}.",
         "Number formats: float is exact; float/256 has smoothness in 256ths in place of 255ths; floor and floor/256 are these with "
-        "sub-pixels halved with a floor, as the thesis's FPGA does; thesis is all of its FPGA; linear is our gateware's, q=0 without fraction bits.",
+        "sub-pixels halved with a floor, as the thesis's FPGA does; thesis is all of its FPGA; linear is our gateware's; q=0 is that "
+        "without fraction bits.",
         _reach(every, bad)],
         [Table(["Tsukuba", *MASKS, *(f"{mask}, difference" for mask in MASKS)], rows)])
 

@@ -96,7 +96,7 @@ def table_1(lab: Laboratory, rivals: Rivals | None) -> Section:
     about = [f"{name} is {each['about']}" for name, each in (rivals or {}).items() if name in methods]
     return Section("Table 1: previous methods and the proposed one", [
         "Bad pixels in percent, and seconds. Columns of the thesis are as printed, on machines of its time; the others are measured, on "
-        "the same pictures and masks. Seconds here are of software on one processor, not of the gateware.",
+        "the same pictures and masks. Seconds here are processor time of software, not of the gateware.",
         *(["Rivals: " + "; ".join(about) + "."] if about else
           ["No rival was measured for this page: give what python -m golden rivals --output FILE wrote as --rivals FILE."])],
         [Table(head, rows + printed), Table(wide, whole)])
