@@ -25,7 +25,7 @@ Weights = tuple[int, int, int]
 EQUAL: Sequence[int] = (0, 1, 2, 3, 5, 7, 10, 15, 20, 25, 30, 40, 50, 63)
 SHOWN = (5, 15, 30, 50)  # of figure 36
 COMBINATIONS: tuple[Weights, ...] = ((30, 5, 5), (5, 30, 5), (5, 5, 30), OPTIMUM)
-SEARCHED = (0, 5, 10, 15, 20, 30, 40)
+SEARCHED = (0, 5, 10, 15, 30)
 FINER = (3, 1)  # steps of the searches after it, each about the best so far
 
 
