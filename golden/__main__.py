@@ -4,10 +4,11 @@ import argparse
 import sys
 from collections.abc import Sequence
 
-from . import evaluate, match, sparsification, tune
+from . import data, evaluate, match, sparsification, tune
 from .cli import Parser
 from .errors import run_cli
 from .rivals import gaps, measure
+from .thesis import command as thesis
 
 
 __all__ = ["main"]
@@ -16,9 +17,11 @@ __all__ = ["main"]
 COMMANDS = {
     "match": (match.main, "disparities of a pair of pictures"),
     "evaluate": (evaluate.main, "bad pixels on the Middlebury benchmark"),
+    "data": (data.main, "whether a folder holds the Middlebury pairs"),
     "sparsification": (sparsification.main, "whether confidence ranks errors"),
     "rivals": (measure.main, "bad pixels and time of other methods beside ours"),
     "gaps": (gaps.main, "how far the rule is from the minimum cut of each line"),
+    "thesis": (thesis.main, "tables and figures of the thesis, and ours beside them"),
     "tune": (tune.main, "search for better parameters of the fused cost"),
 }
 

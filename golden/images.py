@@ -18,8 +18,8 @@ from .files import atomic
 from .text import read_text, write_text
 
 
-__all__ = ["LABEL_SUFFIXES", "PICTURE_SUFFIXES", "colour_map", "grey", "read_disparity", "read_pair", "read_picture", "write_labels",
-           "write_picture"]
+__all__ = ["LABEL_SUFFIXES", "PICTURE_SUFFIXES", "colour_map", "grey", "read_colours", "read_disparity", "read_pair", "read_picture",
+           "write_labels", "write_picture"]
 
 
 LABEL_SUFFIXES = (".npy", ".png", ".pgm", ".pfm", ".txt")  # JPEG is not there: it changes the labels
@@ -114,6 +114,12 @@ def read_picture(path: StrPath) -> Levels:
     (H, W) uint8 ndarray
         ``0..255``. :class:`UserError` if there is no such picture.
     """
+    levels = read_colours(path)
+    return grey(levels) if levels.ndim == 3 else levels
+
+
+def read_colours(path: StrPath) -> Levels:
+    """:func:`read_picture`, but colours stay: (H, W) or (H, W, 3) uint8, as the file has it."""
     levels = _open(path)
     if levels.ndim not in (2, 3) or (levels.ndim == 3 and levels.shape[2] != 3) or levels.size == 0:
         raise UserError(f"{path} holds an array of shape {levels.shape}; a picture is (height, width) or (height, width, 3)")
@@ -125,7 +131,7 @@ def read_picture(path: StrPath) -> Levels:
             raise UserError(f"{path} holds {levels.dtype} values, not all of which are whole numbers from 0 to 255; "
                             "scale it to 8-bit grey levels")
         levels = levels.astype(np.uint8)
-    return grey(levels) if levels.ndim == 3 else levels
+    return levels
 
 
 def read_pair(left: StrPath, right: StrPath) -> tuple[Levels, Levels]:

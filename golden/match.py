@@ -17,6 +17,8 @@ from .fused import match as match_fused
 from .images import LABEL_SUFFIXES, read_pair, write_labels, write_picture
 from .labelling import match as match_thesis
 from .metrics import bad_pixels
+from .products import SUFFIXES, add_product_options, read_camera, write_products
+from .truth import add_truth_options, check_truth_options, read_truth
 
 
 __all__ = ["main"]
@@ -47,6 +49,8 @@ def parser() -> Parser:
                         help=f"number of disparities, {LIMITS}: 0 .. N-1 pixels (default without pictures: what covers the truth)")
     add_minimum_option(result)
     add_method_options(result)
+    add_truth_options(result)
+    add_product_options(result)
     result.add_argument("--output", type=Path, required=True, metavar="FILE",
                         help="disparities, pixels; the suffix decides: .npy labels, .png or .pgm 8-bit labels, .pfm, .txt text picture")
     for option, what in MAPS.items():
@@ -61,18 +65,19 @@ def greatest(config: MatcherConfig) -> int:
 
 def _check_outputs(options: argparse.Namespace, config: MatcherConfig) -> None:
     """:class:`UserError` unless every file that is asked for can be written, and can hold what is written there."""
-    sides = [side for side in (options.left, options.right) if side is not None and side.exists()]
+    inputs = (options.left, options.right, options.truth, options.mask, options.calib)
+    sides = [side for side in inputs if side is not None and side.exists()]
     taken: list[tuple[str, Path]] = []
-    for name in ("output", *MAPS):
+    for name in ("output", *MAPS, *SUFFIXES):
         path = getattr(options, name)
         if path is None:
             continue
         option = f"--{name}"
         if name in MAPS and config.cost is not Cost.FUSED:
             raise UserError(f"{option} belongs to the cost fused; choose --cost fused or leave it out")
-        check_output(path, LABEL_SUFFIXES, option)
+        check_output(path, SUFFIXES.get(name, LABEL_SUFFIXES), option)
         if any(path.exists() and side.samefile(path) for side in sides):
-            raise UserError(f"{path} is one of the pictures; choose another {option}")
+            raise UserError(f"{path} is one of the files that are read; choose another {option}")
         for other, before in taken:
             if path.resolve() == before.resolve():
                 raise UserError(f"{path} is given for {other} and for {option}; choose another {option}")
@@ -94,11 +99,17 @@ def run(argv: Sequence[str] | None) -> None:
         raise UserError(f"{options.left} has no right picture; give LEFT and RIGHT, or neither for the Motorcycle pair")
     if options.left and options.disparities is None:
         raise UserError(f"--disparities is missing; give the number of disparities of the pictures, {LIMITS}")
+    check_truth_options(options)
+    read_camera(options)
     _check_outputs(options, method_config(options, MatcherConfig.DISPARITIES[0] if options.disparities is None else options.disparities))
 
     pair = None if options.left else motorcycle()
     left, right = (pair.left, pair.right) if pair else read_pair(options.left, options.right)
     config = method_config(options, options.disparities if options.disparities is not None or not pair else pair.disparities)
+    camera = read_camera(options, left.shape)
+    truth = read_truth(options, left.shape, config)
+    if pair and truth is None:
+        truth = pair.truth, pair.masks["known"]
 
     start = time.perf_counter()
     fused = match_fused(left, right, config) if config.cost is Cost.FUSED else None
@@ -114,13 +125,14 @@ def run(argv: Sequence[str] | None) -> None:
     for name in MAPS:
         if fused and getattr(options, name):
             write_labels(getattr(options, name), getattr(fused, name).astype(np.uint8))
+    write_products(options, left, disparity, config, truth, camera)
 
     height, width = disparity.shape
     method = config.arithmetic if config.cost is Cost.THESIS else config.cost
     print(f"{options.output}: {width}x{height} pixels, {config.disparities} disparities, {method}, {seconds:.2f} s")
-    if pair:
-        bad = bad_pixels(disparity, pair.truth, pair.masks["known"])
-        print(f"bad pixels: {bad:.2f} % of those with known truth are off by more than 1 pixel")
+    if truth is not None:
+        bad = bad_pixels(disparity, *truth, options.threshold)
+        print(f"bad pixels: {bad:.2f} % of the {np.count_nonzero(truth[1])} that count are off by more than {options.threshold:g} pixel")
 
 
 def main(argv: Sequence[str] | None = None) -> int:

@@ -1,14 +1,17 @@
 """Synthetic stereo pairs for tests, and whether what a matcher makes of one can tell right from nearly right."""
 
+import dataclasses
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from .config import PIXEL_MAX, MatcherConfig
+from .surfaces import Box, Surface, photometric, render, texture
 
 
-__all__ = ["NOISE", "discriminates", "layers", "scene"]
+__all__ = ["NOISE", "SCENES", "Scene", "discriminates", "layers", "repetitive", "scene", "slanted", "textureless", "thin", "unequal"]
 
 
 NOISE = 8  # grey levels
@@ -131,3 +134,88 @@ def discriminates(labels: NDArray[Any], config: MatcherConfig) -> bool:
     False
     """
     return bool(np.isin(np.arange(config.disparities), labels).all())
+
+
+@dataclass(frozen=True)
+class Scene:
+    """A synthetic pair and all that is true of it.
+
+    Parameters
+    ----------
+    left, right : (H, W) uint8 ndarray
+        Grey levels.
+    truth : (H, W) float64 ndarray
+        Disparities of the left picture, pixels: known everywhere, between whole numbers too.
+    visible : (H, W) bool ndarray
+        Whether the right picture shows the pixel too.
+    hard : (H, W) bool ndarray
+        The region that the scene is about.
+    """
+    left: NDArray[np.uint8]
+    right: NDArray[np.uint8]
+    truth: NDArray[np.float64]
+    visible: NDArray[np.bool_]
+    hard: NDArray[np.bool_]
+
+
+def slanted(width: int, height: int, disparities: int, seed: int) -> Scene:
+    """Planes that lean away along the line and down the picture, before a ground of all disparities; hard: the planes."""
+    rng = np.random.default_rng(seed)
+    boxes = [Box(width * (0.2 + 0.27 * k), height * 0.1, width * (0.4 + 0.27 * k), height * 0.9) for k in range(3)]
+    planes = []
+    for box, (across, downward) in zip(boxes, [(0.3, 0.0), (-0.3, 0.3), (0.0, -0.4)], strict=True):
+        # Leans by these parts of all disparities from one side of its box to the other, about the middle of what is before the ground.
+        along, down = (part * (disparities - 1) / size for part, size in ((across, box.x1 - box.x0), (downward, box.y1 - box.y0)))
+        x, y = (box.x0 + box.x1) / 2, (box.y0 + box.y1) / 2
+        base = 0.7 * (disparities - 1) - along * x - down * y
+        planes.append(Surface(texture(rng, width, height), base, along, down, box))
+    return _before_the_ground(rng, width, height, disparities, planes)
+
+
+def thin(width: int, height: int, disparities: int, seed: int) -> Scene:
+    """Upright bars, 1 to 6 pixels wide, before a ground of all disparities; hard: the bars."""
+    rng = np.random.default_rng(seed)
+    bars = []
+    for k, thickness in enumerate(range(1, 7)):
+        x = round(width * (0.3 + 0.11 * k))
+        levels = np.full((height, width), float(rng.integers(20, 90) if k % 2 else rng.integers(170, 236)))
+        bars.append(Surface(levels, base=0.8 * (disparities - 1), box=Box(x, height * 0.05, x + thickness, height * 0.75)))
+    return _before_the_ground(rng, width, height, disparities, bars)
+
+
+def textureless(width: int, height: int, disparities: int, seed: int) -> Scene:
+    """Boxes without any texture, as if freshly painted, before a ground of all disparities; hard: the boxes."""
+    rng = np.random.default_rng(seed)
+    boxes = [Surface(np.full((height, width), float(rng.integers(60, 200))), base=(0.4 + 0.2 * k) * (disparities - 1),
+                     box=Box(width * (0.2 + 0.25 * k), height * 0.15, width * (0.38 + 0.25 * k), height * 0.6)) for k in range(3)]
+    return _before_the_ground(rng, width, height, disparities, boxes)
+
+
+def repetitive(width: int, height: int, disparities: int, seed: int) -> Scene:
+    """A fence whose pattern repeats within the disparities that are searched, before a ground of all; hard: the fence."""
+    rng = np.random.default_rng(seed)
+    period = max(2, disparities // 3)
+    stripes = np.tile(128 + 80 * np.sin(2 * np.pi * np.arange(width) / period), (height, 1))
+    fence = Surface(stripes, base=0.6 * (disparities - 1), box=Box(width * 0.25, height * 0.1, width * 0.95, height * 0.55))
+    return _before_the_ground(rng, width, height, disparities, [fence])
+
+
+def unequal(width: int, height: int, disparities: int, seed: int) -> Scene:
+    """:func:`slanted` seen by two cameras that differ: the right one is darker by a fifth and noisier; hard: everywhere."""
+    same = slanted(width, height, disparities, seed)
+    right = photometric(same.right, np.random.default_rng(seed), gain=0.8, offset=5, noise=3)
+    return dataclasses.replace(same, right=right, hard=np.ones_like(same.hard))
+
+
+#: All scenes of this kind, by name. Each shows every label where it is at least four times as wide as its disparities are many, and
+#: has at least four lines for each.
+SCENES = {scene.__name__: scene for scene in (slanted, thin, textureless, repetitive, unequal)}
+
+
+def _before_the_ground(rng: np.random.Generator, width: int, height: int, disparities: int, objects: list[Surface]) -> Scene:
+    """Objects before a textured ground, which comes nearer down the picture, from disparity 0 to the greatest; with a little noise."""
+    ground = Surface(texture(rng, width, height), base=0, down=(disparities - 1) / max(1, height - 1))
+    left, right, truth, visible = render([ground, *objects])
+    truth = np.minimum(truth, disparities - 1)  # rounding
+    hard = truth > render([ground])[2]
+    return Scene(photometric(left, rng, noise=1), photometric(right, rng, noise=1), truth, visible, hard)

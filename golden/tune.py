@@ -1,11 +1,8 @@
 """`python -m golden tune`: search for better parameters of the fused cost."""
 
 import argparse
-import contextlib
 import dataclasses
-import os
-from collections.abc import Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -21,6 +18,7 @@ from .evaluate import average, evaluate
 from .files import check_output
 from .parameters import PARAMETER_SUFFIX, read_parameters, write_parameters
 from .scenes import layers
+from .workers import Run, add_worker_options, check_installed, workers
 
 
 __all__ = ["SPACE", "main", "objective", "search"]
@@ -45,37 +43,22 @@ def objective(pair: StereoPair, params: FusedParameters) -> dict[str, float]:
         disparities=disparities, arithmetic=Arithmetic.LINEAR, cost=Cost.FUSED, fused=params))[pair.name]
 
 
-def _figures(pairs: Sequence[StereoPair], candidates: Sequence[FusedParameters]) -> list[dict[str, dict[str, float]]]:
-    """Figures of every candidate on every pair, in parallel if :func:`_workers` says so."""
-    import dask  # here, because it takes longer to load than all the rest
-
-    tasks = [{pair.name: dask.delayed(objective, pure=False)(pair, params) for pair in pairs} for params in candidates]
-    return list(dask.compute(*tasks))
-
-
-@contextlib.contextmanager
-def _workers(count: int) -> Iterator[None]:
-    """Within the block Dask computes in ``count`` processes, which are started once."""
-    import dask
-
-    if count == 1:
-        with dask.config.set(scheduler="synchronous"):
-            yield
-        return
-    import multiprocessing
-
-    # Not a fork: the progress bar has a thread.
-    with (ProcessPoolExecutor(count, mp_context=multiprocessing.get_context("spawn")) as pool,
-          dask.config.set(scheduler="processes", pool=pool)):
-        yield
+def _figures(run: Run, pairs: Sequence[StereoPair], candidates: Sequence[FusedParameters]) -> list[dict[str, dict[str, float]]]:
+    """Figures of every candidate on every pair."""
+    jobs = [(objective, pair, params) for params in candidates for pair in pairs]
+    found: dict[int, dict[str, float]] = {}
+    run(jobs, found.__setitem__)
+    return [{pair.name: found[len(pairs) * number + at] for at, pair in enumerate(pairs)} for number in range(len(candidates))]
 
 
-def search(pairs: Sequence[StereoPair], names: Sequence[str], trials: int, seed: int, start: FusedParameters = FUSED_1,
+def search(run: Run, pairs: Sequence[StereoPair], names: Sequence[str], trials: int, seed: int, start: FusedParameters = FUSED_1,
            advance: Any = None) -> tuple[FusedParameters, float]:
     """Parameters of the least average of bad pixels on ``pairs``; the search is Optuna's TPE, and the same for the same seed.
 
     Parameters
     ----------
+    run : Run
+        Of :func:`golden.workers.workers`.
     pairs : sequence of StereoPair
         Names must differ.
     names : sequence of str
@@ -106,7 +89,7 @@ def search(pairs: Sequence[StereoPair], names: Sequence[str], trials: int, seed:
                 candidates.append((trial, dataclasses.replace(start, **values)))
             except ValueError:  # the cost does not fit its bits
                 study.tell(trial, state=optuna.trial.TrialState.FAIL)
-        averages = [average(figures) for figures in _figures(pairs, [params for _, params in candidates])]
+        averages = [average(figures) for figures in _figures(run, pairs, [params for _, params in candidates])]
         for (trial, params), value in zip(candidates, averages, strict=True):
             study.tell(trial, value)
             if value < least:
@@ -150,7 +133,7 @@ def parser() -> Parser:
     result.add_argument("--seed", type=int, default=1, metavar="S", help="of the search")
     result.add_argument("--search", nargs="+", choices=SPACE, default=list(SPACE), metavar="NAME", help="parameters that are searched")
     result.add_argument("--start", type=Path, metavar="FILE", help="parameters to start from, fused-1 if none are given")
-    result.add_argument("--workers", type=int, default=os.cpu_count() or 1, metavar="N", help="processes")
+    add_worker_options(result)
     result.add_argument("--output", type=Path, required=True, metavar="FILE",
                         help=f"write the best there, for --parameters; suffix {PARAMETER_SUFFIX}")
     return result
@@ -159,7 +142,7 @@ def parser() -> Parser:
 def run(argv: Sequence[str] | None) -> None:
     """The command; :class:`UserError` on bad input."""
     options = parser().parse_args(argv)
-    for name, lowest in (("trials", 1), ("seed", 0), ("workers", 1)):
+    for name, lowest in (("trials", 1), ("seed", 0)):
         if getattr(options, name) < lowest:
             raise UserError(f"--{name} must be at least {lowest}, not {getattr(options, name)}; choose a greater one")
     output = check_output(options.output, (PARAMETER_SUFFIX,))
@@ -172,20 +155,16 @@ def run(argv: Sequence[str] | None) -> None:
     common = {pair.name for pair in train} & {pair.name for pair in test}
     if common:
         raise UserError(f"the pair {min(common)} is given for --train and for --test; a test needs pairs that the search has not seen")
-    try:
-        import dask  # noqa: F401
-        import optuna  # noqa: F401
-    except ImportError as error:
-        raise UserError(f"{error.name} is not installed; install the extra lab of this package") from error
+    check_installed("dask", "optuna")
 
-    with _workers(options.workers), progress() as bar:
+    with workers(options.workers, options.scheduler) as compute, progress() as bar:
         task = bar.add_task("", total=options.trials)
 
         def advance(done: int, least: float) -> None:
             bar.update(task, completed=done, description=f"least average {least:.2f} %")
 
-        best, least = search(train, options.search, options.trials, options.seed, start, advance)
-        rows = {part: _figures(pairs, [start, best]) for part, pairs in (("train", train), ("test", test))}
+        best, least = search(compute, train, options.search, options.trials, options.seed, start, advance)
+        rows = {part: _figures(compute, pairs, [start, best]) for part, pairs in (("train", train), ("test", test))}
 
     places = ", ".join(pair.name for pair in train)
     write_parameters(output, best, f"golden tune: {least:.2f} % bad pixels on {places}\nseed {options.seed}, {options.trials} trials")

@@ -155,7 +155,7 @@ LIMITS = f"must be a whole number from 2 to {MatcherConfig.DISPARITIES[-1]}"
     ([*PAIR, *NUMBER, *FUSED, "--sub-pixel", "--output", "new.png"], "new.png holds whole numbers only"),
     ([*PAIR, *NUMBER, *FUSED, "--passed", "new.jpg", *OUTPUT], "new.jpg has the suffix .jpg"),
     ([*PAIR, *NUMBER, *FUSED, "--confidence", "new.npy", *OUTPUT], "new.npy is given for --output and for --confidence"),
-    ([*PAIR, *NUMBER, *FUSED, "--confidence", "left.png", *OUTPUT], "left.png is one of the pictures; choose another --confidence"),
+    ([*PAIR, *NUMBER, *FUSED, "--confidence", "left.png", *OUTPUT], "left.png is one of the files that are read; choose another"),
     ([*PAIR, *NUMBER, "--refine", *OUTPUT], "--refine belongs to the cost fused; choose --cost fused"),
     ([*PAIR, *NUMBER, "--no-median", *OUTPUT], "--no-median belongs to the cost fused"),
     ([*PAIR, *NUMBER, "--sub-pixel", *OUTPUT], "--sub-pixel belongs to the cost fused"),
@@ -165,7 +165,7 @@ LIMITS = f"must be a whole number from 2 to {MatcherConfig.DISPARITIES[-1]}"
     ([*PAIR, *NUMBER, "--output", "new"], "suffix (none)"),
     ([*PAIR, *NUMBER, "--output", "folder.npy"], "folder.npy is a folder"),
     ([*PAIR, *NUMBER, "--output", "none/new.npy"], "the folder none of new.npy does not exist"),
-    ([*PAIR, *NUMBER, "--output", "left.png"], "left.png is one of the pictures"),
+    ([*PAIR, *NUMBER, "--output", "left.png"], "left.png is one of the files that are read"),
     (["none.png", "none.png", *NUMBER, "--output", "old.npy"], "none.png does not exist"),
 ])
 def test_bad_input(folder, capsys, arguments, message):

@@ -12,6 +12,7 @@ from golden.dataset import StereoPair
 from golden.images import write_picture
 from golden.parameters import read_parameters, write_parameters
 from golden.scenes import layers
+from golden.workers import workers
 
 
 def pair(name, seed=1, width=60, height=30, disparities=8):
@@ -49,11 +50,11 @@ def test_search(lab):
     pairs, names = [pair("one")], ["u1", "reach", "census_columns"]
     poor = FusedParameters(u1=63, reach=4, arm_threshold=9)
     seen = []
-    with tune._workers(1):
-        first = tune.search(pairs, names, 20, 1, poor, lambda done, least: seen.append((done, least)))
-        assert first == tune.search(pairs, names, 20, 1, poor)
-        assert tune.search(pairs, names, 20, 2, poor) != first
-        alone = tune.search(pairs, names, 1, 1, poor)
+    with workers(1) as run:
+        first = tune.search(run, pairs, names, 20, 1, poor, lambda done, least: seen.append((done, least)))
+        assert first == tune.search(run, pairs, names, 20, 1, poor)
+        assert tune.search(run, pairs, names, 20, 2, poor) != first
+        alone = tune.search(run, pairs, names, 1, 1, poor)
     assert alone == (poor, sum(tune.objective(pairs[0], poor).values()))
     params, least = first
     assert least == sum(tune.objective(pairs[0], params).values()) < alone[1]
@@ -63,18 +64,18 @@ def test_search(lab):
 
 def test_search_learns(lab, monkeypatch):
     # A bowl in place of the pairs. A search that is told nothing comes to 182 in 120 trials; this one to 1.
-    def bowl(pairs, candidates):
+    def bowl(run, pairs, candidates):
         return [{"bowl": {"all": (p.u1 - 40)**2 + (p.u2 - 10)**2 + (p.u3 - 25)**2 + (p.arm_threshold - 20)**2}} for p in candidates]
 
     monkeypatch.setattr(tune, "_figures", bowl)
-    assert tune.search([], ["u1", "u2", "u3", "arm_threshold"], 120, 1)[1] < 25
+    assert tune.search(None, [], ["u1", "u2", "u3", "arm_threshold"], 120, 1)[1] < 25
 
 
 def test_search_survives_what_cannot_be(lab, monkeypatch):
     # Half of the space is beyond the 8 bits of the cost.
     monkeypatch.setitem(tune.SPACE, "truncation", range(156, 1024))
-    with tune._workers(1):
-        params, _ = tune.search([pair("one")], ["truncation"], 16, 1)
+    with workers(1) as run:
+        params, _ = tune.search(run, [pair("one")], ["truncation"], 16, 1)
     assert params.cost_max <= 255
 
 

@@ -1,0 +1,85 @@
+"""Results that are kept on disk, found again by what they were computed from."""
+
+import ast
+import hashlib
+import os
+import zipfile
+from collections.abc import Iterable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .errors import UserError
+from .files import atomic
+from .workers import Job
+
+
+__all__ = ["Cache", "source_digest", "source_files"]
+
+
+Result = dict[str, NDArray[Any]]
+
+
+def source_files(path: str | os.PathLike[str]) -> set[Path]:
+    """A source file, all that it imports from its own package by relative imports, all that those import, and so on."""
+    found: set[Path] = set()
+    waiting = [Path(path).resolve()]
+    while waiting:
+        file = waiting.pop()
+        if file in found or not file.is_file():
+            continue
+        found.add(file)
+        for node in ast.walk(ast.parse(file.read_bytes())):
+            if isinstance(node, ast.ImportFrom) and node.level:
+                base = file.parents[node.level - 1].joinpath(*(node.module or "").split("."))
+                waiting += [base.with_suffix(".py"), base / "__init__.py", *(base / f"{alias.name}.py" for alias in node.names)]
+    return found
+
+
+def source_digest(files: Iterable[str | os.PathLike[str]]) -> str:
+    """A digest of the text of some source files, in any order: it changes when one of them does."""
+    return hashlib.sha256(b"".join(sorted(hashlib.sha256(Path(file).read_bytes()).digest() for file in files))).hexdigest()
+
+
+class Cache:
+    """A folder of results. A job's is found by the function's name, the content of its arguments and the digest of the sources.
+
+    Parameters
+    ----------
+    folder : path
+        Made when the first result is kept.
+    digest : str
+        Of :func:`source_digest`, over all that the results depend on.
+    """
+    def __init__(self, folder: str | os.PathLike[str], digest: str) -> None:
+        self.folder = Path(folder)
+        self.digest = digest
+
+    def path(self, job: Job) -> Path:
+        """Where the result of a job is, or would be."""
+        from dask.base import tokenize  # here, because it takes longer to load than all the rest
+
+        function, *arguments = job
+        name: str = tokenize(self.digest, f"{function.__module__}.{function.__qualname__}", arguments)
+        return self.folder / f"{name}.npz"
+
+    def load(self, job: Job) -> Result | None:
+        """The result of a job, ``None`` if it is not kept or its file is damaged."""
+        try:
+            # Opened here: NumPy leaves the file open when it finds it damaged.
+            with self.path(job).open("rb") as file, np.load(file, allow_pickle=False) as arrays:
+                return dict(arrays)
+        except (OSError, ValueError, EOFError, zipfile.BadZipFile):
+            return None
+
+    def keep(self, job: Job, result: Result) -> None:
+        """Keep the result of a job: arrays by name."""
+        path = self.path(job)
+        try:
+            path.parent.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            raise UserError(f"cannot make the folder {path.parent}: {error.strerror}; choose another --cache") from error
+        with atomic(path) as file:
+            np.savez_compressed(file, allow_pickle=False, **result)

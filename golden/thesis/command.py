@@ -1,0 +1,122 @@
+"""`python -m golden thesis`: every table and figure of the thesis that can be measured, as two pages."""
+
+import contextlib
+import tempfile
+from collections.abc import Callable, Iterator, Sequence
+from pathlib import Path
+
+from rich.progress import Progress
+
+from .. import images
+from ..cache import Cache, source_digest, source_files
+from ..cli import Parser, progress
+from ..dataset import PAIRS, data_folder, load_pair
+from ..errors import UserError, run_cli
+from ..files import atomic
+from ..workers import add_worker_options, check_installed, workers
+from . import disturbances, results, sweeps, tables, weights
+from .laboratory import Laboratory
+from .page import Section, Table, html, markdown
+
+
+__all__ = ["main"]
+
+
+TITLE = "The thesis, measured"
+NAME = "thesis"  # of the pages, and of the folder of pictures
+
+
+def parser() -> Parser:
+    """The arguments of the command."""
+    result = Parser(prog="golden thesis", description=(
+        "Figures 34 to 38, 42, 45, 46 and tables 1 to 3 of the thesis: its numbers, ours beside them, the difference, and pictures. Writes "
+        f"{NAME}.html, which needs no other file, and {NAME}.md with its pictures in the folder {NAME}."))
+    result.add_argument("--data", type=Path, metavar="DIR",
+                        help=f"folder that holds {', '.join(PAIRS)} (default: $STEREO_DATA, else ../shared/data/middlebury)")
+    result.add_argument("--output", type=Path, default=Path("docs"), metavar="DIR", help="folder of the pages (default: %(default)s)")
+    result.add_argument("--rivals", type=Path, metavar="FILE", help="what golden rivals --output FILE wrote, for table 1")
+    result.add_argument("--resources", type=Path, metavar="FILE", help=(
+        "what python -m hdl.resources.tables wrote, for tables 2 and 3 (default: docs/resources.md if it is there)"))
+    result.add_argument("--cache", type=Path, default=Path("build/thesis"), metavar="DIR", help=(
+        "keep results there, by the content of what they come from; a second run computes what changed (default: %(default)s)"))
+    add_worker_options(result)
+    return result
+
+
+def chapters(lab: Laboratory, rivals: tables.Rivals | None, resources: dict[int, Table] | None) -> Iterator[Section]:
+    """All sections, in the order of the pages; each is computed when it is asked for."""
+    yield tables.table_1(lab, rivals)
+    yield results.tsukuba(lab)
+    yield tables.table_2(resources)
+    yield tables.table_3(resources)
+    yield weights.figure_34(lab)
+    yield results.figure_35(lab)
+    yield weights.figure_36(lab)
+    yield weights.figure_37(lab)
+    yield results.figure_38(lab)
+    yield results.figure_42(lab)
+    yield disturbances.figure_45(lab)
+    yield disturbances.figure_46(lab)
+
+
+def _check_folder(folder: Path, option: str) -> None:
+    """:class:`UserError` unless files can be made in a folder, which is made if it is not there."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryFile(dir=folder):
+            pass
+    except OSError as error:
+        raise UserError(f"the folder {folder} cannot be written: {error.strerror}; choose another {option}") from error
+
+
+def _steps(bar: Progress) -> tuple[Callable[[str, int], None], Callable[[], None]]:
+    """What a laboratory calls to show its progress."""
+    task = bar.add_task("", total=None)
+
+    def begin(what: str, count: int) -> None:
+        bar.reset(task, description=what, total=count)
+
+    return begin, lambda: bar.advance(task)
+
+
+def _write(folder: Path, sections: Sequence[Section]) -> list[Path]:
+    """Write both pages and the pictures; the files, in order."""
+    foreword = ("Written by python -m golden thesis from the golden model and the four pairs of the Middlebury benchmark, version 2 "
+                "(D. Scharstein and R. Szeliski, IJCV 47, 2002, and CVPR 2003). Numbers of the thesis are as printed in it; all others are "
+                "measured. Bad pixels: off by more than one pixel, percent, of the benchmark's masks nonocc, all and disc.")
+    contents = {folder / NAME / f"{picture.name}.png": picture.png for section in sections for picture in section.pictures}
+    contents[folder / f"{NAME}.md"] = markdown(TITLE, foreword, sections, NAME).encode()
+    contents[folder / f"{NAME}.html"] = html(TITLE, foreword, sections).encode()
+    _check_folder(folder / NAME, "--output")
+    for path, content in contents.items():
+        with atomic(path) as file:
+            file.write(content)
+    return list(contents)
+
+
+def run(argv: Sequence[str] | None) -> None:
+    """The command; :class:`UserError` on bad input."""
+    options = parser().parse_args(argv)
+    check_installed("dask", "jinja2")
+    rivals = tables.read_rivals(options.rivals) if options.rivals else None
+    beside = Path("docs/resources.md")
+    resources = tables.read_resources(options.resources or beside) if options.resources or beside.exists() else None
+    folder = data_folder(options.data)
+    pairs = {name: load_pair(folder, name) for name in PAIRS}
+    left, right = (images.read_colours(folder / "tsukuba" / f"{side}.png") for side in ("left", "right"))
+    _check_folder(options.output, "--output")
+
+    digest = source_digest(source_files(sweeps.__file__))
+    with contextlib.ExitStack() as stack:
+        compute = stack.enter_context(workers(options.workers, options.scheduler))
+        begin, advance = _steps(stack.enter_context(progress()))
+        lab = Laboratory(pairs, (left, right), compute, Cache(options.cache, digest), begin, advance)
+        sections = list(chapters(lab, rivals, resources))
+    files = _write(options.output, sections)
+    size = sum(path.stat().st_size for path in files)
+    print(f"{options.output / NAME}.html, .md: {len(sections)} sections, {len(files) - 2} pictures, {size / 1e6:.2f} MB")
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run the command; the exit status is the result."""
+    return run_cli(run, argv, "golden thesis")

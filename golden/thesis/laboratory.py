@@ -1,0 +1,79 @@
+"""What every chapter of the pages is given: the pairs, and a way to have jobs computed."""
+
+from collections.abc import Callable, Hashable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..cache import Cache
+from ..dataset import MASKS, StereoPair
+from ..workers import Job, Run
+from . import sweeps
+
+
+__all__ = ["Laboratory", "difference", "percent"]
+
+
+Result = dict[str, NDArray[Any]]
+
+
+@dataclass(frozen=True)
+class Laboratory:
+    """The pairs, and where jobs are computed and their results are kept.
+
+    Parameters
+    ----------
+    pairs : dict of str to StereoPair
+        By name; Tsukuba among them.
+    colours : ((H, W, 3) uint8 ndarray, (H, W, 3) uint8 ndarray)
+        Tsukuba as its files have it.
+    workers : Run
+        Of :func:`golden.workers.workers`.
+    cache : Cache
+    begin, advance : callable
+        Called with what is about to be computed and the number of its jobs, and after each of them.
+    """
+    pairs: Mapping[str, StereoPair]
+    colours: tuple[NDArray[np.uint8], NDArray[np.uint8]]
+    workers: Run
+    cache: Cache
+    begin: Callable[[str, int], object] = lambda what, count: None
+    advance: Callable[[], object] = lambda: None
+
+    @property
+    def tsukuba(self) -> StereoPair:
+        return self.pairs["tsukuba"]
+
+    def run(self, what: str, jobs: Mapping[Hashable, Job]) -> dict[Any, Result]:
+        """Results of jobs, by the same keys: from the cache, or computed."""
+        results = {key: kept for key, job in jobs.items() if (kept := self.cache.load(job)) is not None}
+        missing = [(key, job) for key, job in jobs.items() if key not in results]
+        self.begin(what, len(missing))
+
+        def done(number: int, result: Result) -> None:
+            key, job = missing[number]
+            self.cache.keep(job, result)
+            results[key] = result
+            self.advance()
+
+        if missing:
+            self.workers([job for _, job in missing], done)
+        return results
+
+    def by_method(self) -> dict[tuple[str, str], Result]:
+        """Results of :func:`golden.thesis.sweeps.labels_of` for every pair and method."""
+        return self.run("results", {(name, method): (sweeps.labels_of, pair, method)
+                                    for name, pair in self.pairs.items() for method in sweeps.METHODS})
+
+
+def percent(values: Sequence[float] | NDArray[np.float64]) -> list[str]:
+    """Percent to two decimals."""
+    return [f"{value:.2f}" for value in values]
+
+
+def difference(ours: Sequence[float] | NDArray[np.float64], theirs: Mapping[str, float]) -> list[str]:
+    """Ours less the thesis's, with the sign, for each of the benchmark's masks."""
+    # Added to 0, a rounded -0.0 loses its sign.
+    return [f"{0.0 + round(value - theirs[mask], 2):+.2f}" for value, mask in zip(ours, MASKS, strict=True)]

@@ -1,0 +1,129 @@
+"""Sections of text, tables and pictures, and the two pages that they become."""
+
+import base64
+import io
+import itertools
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+from PIL import Image
+
+
+__all__ = ["Picture", "Section", "Table", "html", "markdown", "small"]
+
+
+@dataclass(frozen=True)
+class Picture:
+    """A PNG file by its name, without suffix, and what it shows."""
+    name: str
+    caption: str
+    png: bytes
+
+
+@dataclass(frozen=True)
+class Table:
+    """Rows under a head; the first ``words`` columns are words, the others numbers."""
+    head: Sequence[str]
+    rows: Sequence[Sequence[str]]
+    words: int = 1
+
+
+@dataclass(frozen=True)
+class Section:
+    """A heading, and under it paragraphs, tables and pictures."""
+    title: str
+    paragraphs: Sequence[str] = ()
+    tables: Sequence[Table] = ()
+    pictures: Sequence[Picture] = field(default_factory=tuple)
+
+
+def small(png: bytes, colours: int = 96) -> bytes:
+    """A PNG of few colours: a fraction of the bytes, and little that the eye misses."""
+    with Image.open(io.BytesIO(png)) as picture:
+        few = picture.convert("RGB").quantize(colours, method=Image.Quantize.MEDIANCUT, dither=Image.Dither.NONE)
+    buffer = io.BytesIO()
+    few.save(buffer, format="PNG", optimize=True)
+    return min(buffer.getvalue(), png, key=len)
+
+
+HTML = """\
+<!DOCTYPE html>
+<html lang="en">
+<head>
+<meta charset="utf-8">
+<meta name="viewport" content="width=device-width, initial-scale=1">
+<title>{{ title }}</title>
+<style>
+body { font: 16px/1.5 system-ui, sans-serif; color: #222; max-width: 66rem; margin: 2rem auto; padding: 0 1rem; }
+h2 { margin-top: 3rem; border-bottom: 1px solid #ccc; }
+figure { margin: 1.5rem 0; }
+figure img { max-width: 100%; height: auto; }
+figcaption { color: #555; font-size: .9rem; }
+div.table { overflow-x: auto; margin: 1rem 0; }
+table { border-collapse: collapse; font-size: .9rem; font-variant-numeric: tabular-nums; }
+th, td { padding: .2rem .7rem; border-bottom: 1px solid #ddd; text-align: right; }
+table.wide { font-size: .78rem; }
+table.wide th, table.wide td { padding: .2rem .35rem; }
+th.word, td.word { text-align: left; }
+td.word { white-space: nowrap; }
+</style>
+</head>
+<body>
+<h1>{{ title }}</h1>
+<p>{{ foreword }}</p>
+<nav><ul>
+{%- for section in sections %}
+<li><a href="#s{{ loop.index }}">{{ section.title }}</a></li>
+{%- endfor %}
+</ul></nav>
+{%- for section in sections %}
+<h2 id="s{{ loop.index }}">{{ section.title }}</h2>
+{%- for paragraph in section.paragraphs %}
+<p>{{ paragraph }}</p>
+{%- endfor %}
+{%- for picture in section.pictures %}
+<figure><img src="data:image/png;base64,{{ picture.png | base64 }}" alt="{{ picture.caption }}">
+<figcaption>{{ picture.caption }}</figcaption></figure>
+{%- endfor %}
+{%- for table in section.tables %}
+<div class="table"><table{{ " class=wide" if table.head | length > 9 }}>
+<tr>{% for cell in table.head %}<th{{ " class=word" if loop.index <= table.words }}>{{ cell }}</th>{% endfor %}</tr>
+{%- for row in table.rows %}
+<tr>{% for cell in row %}<td{{ " class=word" if loop.index <= table.words }}>{{ cell }}</td>{% endfor %}</tr>
+{%- endfor %}
+</table></div>
+{%- endfor %}
+{%- endfor %}
+</body>
+</html>
+"""
+
+
+def html(title: str, foreword: str, sections: Sequence[Section]) -> str:
+    """One page that needs no other file: pictures are inside."""
+    import jinja2  # here, because only this needs it
+
+    environment = jinja2.Environment(autoescape=True, undefined=jinja2.StrictUndefined, keep_trailing_newline=True)
+    environment.filters["base64"] = lambda data: base64.b64encode(data).decode("ascii")
+    page: str = environment.from_string(HTML).render(title=title, foreword=foreword, sections=sections)
+    return page
+
+
+def markdown(title: str, foreword: str, sections: Sequence[Section], folder: str) -> str:
+    """The same in Markdown; pictures are in ``folder`` beside it."""
+    lines = [f"# {title}", "", foreword]
+    for section in sections:
+        lines += ["", f"## {section.title}"]
+        lines += itertools.chain.from_iterable(("", paragraph) for paragraph in section.paragraphs)
+        for picture in section.pictures:
+            lines += ["", f"![{picture.caption}]({folder}/{picture.name}.png)", "", f"*{picture.caption}*"]
+        for table in section.tables:
+            rule = ["---" if column < table.words else "---:" for column in range(len(table.head))]
+            lines += ["", *(_row(cells) for cells in (table.head, rule, *table.rows))]
+    return "\n".join(lines) + "\n"
+
+
+def _row(cells: Sequence[Any]) -> str:
+    """A line of a table; a bar within a cell must not end it."""
+    return "| " + " | ".join(str(cell).replace("|", "\\|") for cell in cells) + " |"

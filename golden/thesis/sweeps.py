@@ -1,0 +1,161 @@
+"""What is computed for the pages: jobs that take a pair and give arrays, each on its own, so that they can run anywhere."""
+
+import dataclasses
+import time
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
+from numpy.typing import NDArray
+
+from ..config import Arithmetic, Cost, MatcherConfig
+from ..cost import local_disparity, matching_cost
+from ..dataset import StereoPair
+from ..labelling import labelling
+from ..matcher import disparities as match
+from ..metrics import bad_pixels
+from . import choices
+from .disturb import distort, disturb, straighten
+
+
+__all__ = ["METHODS", "bad", "beside_nearer", "border_figures", "choice_figures", "disturbed", "extension", "labels_of", "lens_figures",
+           "local_figures", "method_config", "weight_figures"]
+
+
+Result = dict[str, NDArray[Any]]
+
+# The methods that are compared: the thesis's in its MATLAB's, its FPGA's and our arithmetic, and our second one.
+METHODS = {
+    "float": {"arithmetic": Arithmetic.FLOAT}, "thesis": {"arithmetic": Arithmetic.THESIS}, "linear": {"arithmetic": Arithmetic.LINEAR},
+    "fused": {"arithmetic": Arithmetic.LINEAR, "cost": Cost.FUSED},
+}
+
+
+def method_config(method: str, disparities: int) -> MatcherConfig:
+    """The configuration of one of :data:`METHODS`."""
+    return MatcherConfig(disparities=disparities, **METHODS[method])  # type: ignore[arg-type]
+
+
+def bad(labels: NDArray[Any], pair: StereoPair) -> list[float]:
+    """Bad pixels for each of the pair's masks, percent."""
+    return [bad_pixels(labels, pair.truth, mask) for mask in pair.masks.values()]
+
+
+def labels_of(pair: StereoPair, method: str, weights: tuple[int, int, int] | None = None) -> Result:
+    """Disparities of a pair by one of :data:`METHODS`, with its own weights or others.
+
+    Returns
+    -------
+    dict
+        ``labels`` (H, W), pixels; ``bad`` (masks,), percent; ``seconds``, processor time of the golden model.
+    """
+    config = method_config(method, pair.disparities)
+    if weights is not None:
+        config = dataclasses.replace(config, u1=weights[0], u2=weights[1], u3=weights[2])
+    # Processor time of this thread: other jobs may hold the processor meanwhile.
+    start = time.thread_time()
+    labels = match(pair.left, pair.right, config)
+    seconds = time.thread_time() - start
+    return {"labels": labels, "bad": np.array(bad(labels, pair)), "seconds": np.array(seconds)}
+
+
+def local_figures(pair: StereoPair) -> Result:
+    """Local disparities, those of least matching cost: ``labels`` and ``bad`` as of :func:`labels_of`."""
+    labels = local_disparity(matching_cost(pair.left, pair.right, method_config("float", pair.disparities)))
+    return {"labels": labels, "bad": np.array(bad(labels, pair))}
+
+
+def weight_figures(pair: StereoPair, method: str, weights: Sequence[tuple[int, int, int]]) -> Result:
+    """Bad pixels for each of some weights: ``bad`` (weights, masks), percent, and ``extended`` (weights,) of :func:`extension`."""
+    config = method_config(method, pair.disparities)
+    cost = matching_cost(pair.left, pair.right, config)
+    local = local_disparity(cost)
+    beside = beside_nearer(pair)
+    result, extended = [], []
+    for u1, u2, u3 in weights:
+        labels = labelling(cost, local, pair.left, dataclasses.replace(config, u1=u1, u2=u2, u3=u3))
+        result.append(bad(labels, pair))
+        extended.append(extension(labels, pair, beside))
+    return {"bad": np.array(result), "extended": np.array(extended)}
+
+
+def beside_nearer(pair: StereoPair, reach: int = 4) -> NDArray[np.bool_]:
+    """Pixels that some mask counts and that have one nearer by more than a pixel of disparity within ``reach`` columns and rows.
+
+    Returns
+    -------
+    (H, W) bool ndarray
+    """
+    known = np.isfinite(pair.truth)
+    near = np.pad(np.where(known, pair.truth, -np.inf), reach, constant_values=-np.inf)
+    near = sliding_window_view(near, (2 * reach + 1, 2 * reach + 1)).max(axis=(2, 3))
+    beside = known & np.any(list(pair.masks.values()), axis=0)
+    beside[beside] = near[beside] > pair.truth[beside] + 1
+    return beside
+
+
+def extension(labels: NDArray[Any], pair: StereoPair, beside: NDArray[np.bool_] | None = None) -> float:
+    """How far near objects are extended over what is behind them: percent of the pixels beside one that are given too near a disparity.
+
+    Parameters
+    ----------
+    labels : (H, W) ndarray
+        Pixels.
+    pair : StereoPair
+    beside : (H, W) bool ndarray or None
+        Of :func:`beside_nearer`, which it is by default.
+
+    Returns
+    -------
+    float
+        ``0..100``; 0 where no pixel is beside a nearer one.
+    """
+    beside = beside_nearer(pair) if beside is None else beside
+    return float(100 * np.mean(labels[beside] > pair.truth[beside] + 1)) if beside.any() else 0.0
+
+
+def border_figures(pair: StereoPair, border: str) -> Result:
+    """Bad pixels with one of :data:`golden.thesis.choices.BORDERS`: ``labels`` and ``bad`` as of :func:`labels_of`."""
+    labels = choices.disparities(pair.left, pair.right, MatcherConfig(disparities=pair.disparities), choices.Choice(border=border))
+    return {"labels": labels, "bad": np.array(bad(labels, pair))}
+
+
+def choice_figures(pair: StereoPair, colours: tuple[NDArray[np.uint8], NDArray[np.uint8]], some: Sequence[choices.Choice]) -> Result:
+    """Bad pixels of each of some choices: ``bad`` (choices, masks), percent. ``colours`` is the pair as its files have it."""
+    config = MatcherConfig(disparities=pair.disparities)
+    return {"bad": np.array([bad(choices.disparities(*colours, config, choice), pair) for choice in some])}
+
+
+def disturbed(pair: StereoPair, method: str, gain: float, noise: float) -> Result:
+    """Bad pixels of a pair with gain and noise, of :func:`golden.thesis.disturb.disturb`.
+
+    Returns
+    -------
+    dict
+        ``left``, ``right``, ``labels`` and ``bad`` of one frame; ``flicker``: percent of all pixels whose disparity differs by more than
+        one pixel in a second frame of the same scene.
+    """
+    config = method_config(method, pair.disparities)
+    frames = [disturb(pair, gain, noise, seed) for seed in (1, 2)]
+    first, second = (match(frame.left, frame.right, config) for frame in frames)
+    flicker = np.array(100 * np.mean(np.abs(first - second) > 1))
+    return {"left": frames[0].left, "right": frames[0].right, "labels": first, "bad": np.array(bad(first, pair)), "flicker": flicker}
+
+
+def lens_figures(pair: StereoPair, method: str, k: float) -> Result:
+    """Bad pixels of a pair seen through a lens.
+
+    Returns
+    -------
+    dict
+        ``left``, ``labels``, ``bad``, ``off_line`` of :func:`golden.thesis.disturb.distort`; ``straight``: bad pixels after
+        :func:`golden.thesis.disturb.straighten`, percent.
+    """
+    config = method_config(method, pair.disparities)
+    seen, off_line = distort(pair, k)
+    labels = match(seen.left, seen.right, config)
+    again = straighten(pair, k)
+    straight = bad(match(again.left, again.right, config), pair)
+    return {"left": seen.left, "labels": labels, "bad": np.array(bad(labels, seen)), "off_line": np.array(off_line),
+            "straight": np.array(straight)}

@@ -1,0 +1,142 @@
+"""`python -m golden match`: what it writes beside disparities, comparison with a truth, and bad input to either."""
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from golden.__main__ import main
+from golden.calibration import Calibration
+from golden.depth import depth
+from golden.images import colour_map, read_disparity, write_picture
+from golden.metrics import bad_pixels
+from golden.scenes import scene
+
+
+PAIR = ["match", "left.png", "right.png", "--disparities", "20", "--output", "d.npy"]
+TRUTH = ["--truth", "truth.png", "--truth-scale", "8"]
+CALIB = "cam0=[50 0 20; 0 50 10; 0 0 1]\ndoffs=1.5\nbaseline=4\nwidth=60\nheight=24\n"
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    """A working folder with a pair, its truth in several forms, masks and calibrations, good and bad."""
+    monkeypatch.chdir(tmp_path)
+    left, right, truth = scene(60, 24, 20, seed=1)
+    known = np.isfinite(truth) & (truth > 0)
+    half = np.zeros(truth.shape, np.uint8)
+    half[:, 30:] = 255
+    pictures = {
+        "left.png": left, "right.png": right, "truth.png": np.where(known, 8 * np.where(known, truth, 0), 0).astype(np.uint8),
+        "truth.npy": truth, "truth.pfm": 3 * truth, "unknown.npy": np.full(truth.shape, np.nan), "unknown.png": np.zeros_like(left),
+        "narrow.npy": truth[:, :-1], "negative.npy": -truth, "mask.png": half, "empty.png": half // 2, "narrow.png": half[:, :-1],
+        "lines.png": np.where(np.isinf(truth), 255, 0).astype(np.uint8),
+    }
+    for name, picture in pictures.items():
+        write_picture(name, picture)
+    (tmp_path / "calib.txt").write_text(CALIB)
+    (tmp_path / "short.txt").write_text(CALIB.replace("baseline=4\n", ""))
+    (tmp_path / "other.txt").write_text(CALIB.replace("width=60", "width=600"))
+    return tmp_path
+
+
+@pytest.mark.parametrize("file, scale, least", [("truth.png", "8", 1), ("truth.npy", "1", 0), ("truth.pfm", "3", 0)])
+@pytest.mark.parametrize("mask", [[], ["--mask", "mask.png"]])
+def test_truth(folder, capsys, file, scale, least, mask):
+    assert main([*PAIR, "--truth", file, "--truth-scale", scale, *mask]) == 0
+    truth = np.load("truth.npy")
+    counted = np.isfinite(truth) & (truth >= least)
+    if mask:
+        counted[:, :30] = False
+    bad = bad_pixels(np.load("d.npy"), truth, counted)
+    assert f"bad pixels: {bad:.2f} % of the {counted.sum()} that count" in capsys.readouterr().out
+    assert bad > 0
+
+
+def colours(path):
+    with Image.open(path) as picture:
+        return np.asarray(picture.convert("RGB"))
+
+
+def test_threshold(folder, capsys):
+    printed = []
+    for threshold in ("0", "1", "19"):
+        assert main([*PAIR, *TRUTH, "--threshold", threshold]) == 0
+        printed.append(float(capsys.readouterr().out.partition("bad pixels: ")[2].split()[0]))
+    assert printed[0] > printed[1] > printed[2] == 0
+
+
+def test_pictures(folder):
+    assert main([*PAIR, *TRUTH, "--colour", "c.png", "--sheet", "s.png"]) == 0
+    np.testing.assert_array_equal(colours("c.png"), colour_map(np.load("d.npy"), 20))
+    assert main([*PAIR, "--sheet", "two.png"]) == 0
+    assert len(colours("s.png")) > 1.8 * len(colours("two.png"))
+
+
+def test_colours_begin_at_the_minimum(folder):
+    assert main([*PAIR, "--minimum", "3", "--colour", "c.png"]) == 0
+    np.testing.assert_array_equal(colours("c.png"), colour_map(np.load("d.npy") - 3, 20))
+
+
+def test_the_sheet_s_scale_is_what_is_searched(folder, monkeypatch):
+    calls = []
+    monkeypatch.setattr("golden.products.write_sheet", lambda *arguments: calls.append(arguments))
+    assert main([*PAIR, "--minimum", "3", "--sheet", "s.png", *TRUTH, "--threshold", "2"]) == 0
+    path, _, disparity, limits, truth, threshold = calls[0]
+    assert (str(path), limits, threshold) == ("s.png", (3, 22), 2) and truth[0].shape == disparity.shape
+
+
+def test_fractions_have_products_too(folder):
+    assert main([*PAIR, "--cost", "fused", "--sub-pixel", "--colour", "c.png", "--depth", "z.npy", "--focal", "50", "--baseline", "2"]) == 0
+    disparity = np.load("d.npy")
+    assert (disparity != np.rint(disparity)).any()
+    np.testing.assert_array_equal(np.load("z.npy"), depth(disparity, Calibration(50, 2)).astype(np.float32))
+
+
+@pytest.mark.parametrize("arguments, calibration", [
+    (["--focal", "50", "--baseline", "0.25"], Calibration(50, 0.25)), (["--calib", "calib.txt"], Calibration(50, 4, 1.5))])
+def test_depth(folder, arguments, calibration):
+    assert main([*PAIR, "--depth", "z.pfm", *arguments]) == 0
+    expected = depth(np.load("d.npy"), calibration).astype(np.float32)
+    np.testing.assert_array_equal(read_disparity("z.pfm"), expected)
+    assert main([*PAIR, "--depth", "z.ply", *arguments]) == 0
+    assert f"element vertex {np.isfinite(expected).sum()}\n".encode() in (folder / "z.ply").read_bytes()
+
+
+@pytest.mark.parametrize("arguments, message", [
+    (["--truth", "none.png"], "none.png does not exist"),
+    (["--truth", "narrow.npy"], "narrow.npy has 59x24 pixels, but the pictures have 60x24"),
+    (["--truth", "unknown.npy"], "unknown.npy holds no known disparity"),
+    (["--truth", "unknown.png"], "unknown.png holds no known disparity"),
+    (["--truth", "negative.npy"], "negative.npy holds the disparity -19, which is below 0"),
+    (["--truth", "truth.png"], "holds a median disparity of 80 pixels, more than the 19 that are searched; correct --truth-scale 1"),
+    (["--truth", "truth.png", "--truth-scale", "160"], "below 1 pixel only with --truth-scale 160"),
+    (["--truth", "truth.png", "--truth-scale", "0"], "--truth-scale must be a number above 0, not 0"),
+    (["--truth", "truth.png", "--truth-scale", "nan"], "--truth-scale must be a number above 0, not nan"),
+    (["--truth", "calib.txt"], "calib.txt has the suffix .txt"),
+    ([*TRUTH, "--threshold", "-1"], "--threshold must be a number of pixels from 0, not -1"),
+    ([*TRUTH, "--mask", "none.png"], "none.png does not exist"),
+    ([*TRUTH, "--mask", "empty.png"], "empty.png has no pixel of level 255"),
+    ([*TRUTH, "--mask", "narrow.png"], "narrow.png has 59x24 pixels, but the pictures have 60x24"),
+    ([*TRUTH, "--mask", "lines.png"], "lines.png marks only pixels whose disparity truth.png does not know"),
+    (["--truth-scale", "8"], "--truth-scale 8 is for --truth, which is missing"),
+    (["--mask", "mask.png"], "mask.png masks a ground truth, but there is none"),
+    (["--depth", "z.npy"], "--focal is missing, without which there is no depth"),
+    (["--depth", "z.npy", "--focal", "50"], "--baseline is missing"),
+    (["--depth", "z.npy", "--focal", "-5", "--baseline", "1"], "--focal must be a number above 0, not -5"),
+    (["--depth", "z.npy", "--calib", "short.txt"], "short.txt has no baseline"),
+    (["--depth", "z.npy", "--calib", "other.txt"], "other.txt is for 600x24 pixels, but the pictures have 60x24"),
+    (["--depth", "z.npy", "--calib", "calib.txt", "--focal", "2"], "--focal is given beside --calib calib.txt"),
+    (["--depth", "z.png", "--calib", "calib.txt"], "z.png has the suffix .png"),
+    (["--calib", "calib.txt"], "--calib calib.txt is for --depth, which is missing"),
+    (["--baseline", "1"], "--baseline 1.0 is for --depth, which is missing"),
+    (["--colour", "c.npy"], "c.npy has the suffix .npy"),
+    (["--sheet", "s.ppm"], "s.ppm has the suffix .ppm"),
+    (["--colour", "c.png", "--sheet", "c.png"], "c.png is given for --colour and for --sheet"),
+    ([*TRUTH, "--colour", "truth.png"], "truth.png is one of the files that are read; choose another --colour"),
+])
+def test_bad_input(folder, capsys, arguments, message):
+    before = {path.name: path.read_bytes() for path in folder.iterdir()}
+    assert main([*PAIR, *arguments]) == 2
+    printed = capsys.readouterr()
+    assert printed.out == "" and message in printed.err and printed.err.count("\n") == 1
+    assert {path.name: path.read_bytes() for path in folder.iterdir()} == before

@@ -1,0 +1,115 @@
+"""golden.thesis.tables: what other commands wrote is read, and nothing else."""
+
+import copy
+import json
+
+import pytest
+
+from golden.dataset import MASKS
+from golden.errors import UserError
+from golden.thesis.published import TABLE_1, TABLE_2, TABLE_3
+from golden.thesis.tables import read_resources, read_rivals, table_2, table_3
+
+
+RIVALS = {"methods": {
+    "scan": {"about": "a scan", "published": "Dynamic Programming", "pairs": {
+        "tsukuba": {"figures": {"nonocc": 4, "all": 5.5, "disc": 12}, "seconds": 1}}},
+    "sgm": {"about": "semi-global", "pairs": {"tsukuba": {"figures": {"nonocc": 3, "all": 4, "disc": 9}, "seconds": 0.1, "energy": 7}}},
+}}
+
+RESOURCES = """\
+# Tables 2 and 3
+
+## Table 2: resources
+
+| EP3C120 | available | thesis 720x576x80 | sequential 384x288x16 | sequential 720x576x80 | streaming 720x576x80 |
+| --- | ---: | ---: | ---: | ---: | ---: |
+| logic elements | 119,088 | 66,123 | 9,000 | 60,123 | 90,000 |
+| DSP | 576 | - | 1 | 2 | 3 |
+
+## Table 3: rate
+
+Words.
+
+| hardware | frames/s |
+| --- | ---: |
+| Virtex | 60 |
+
+## Other
+
+| no | table |
+| --- | --- |
+| a | b |
+"""
+
+
+def test_published_is_what_the_thesis_prints():
+    assert {name: (*row.figures.values(), row.seconds) for name, row in TABLE_1.items()} == {
+        "Dynamic Programming": (4.12, 5.04, 12.0, 1.0), "Graph Cut Method": (1.19, 2.01, 6.24, 69.8),
+        "SSD+min filter": (5.08, 7.22, 24.1, 1.1), "Proposed Method": (5.09, 7.08, 18.2, 0.04)}
+    assert all(tuple(row.figures) == MASKS for row in TABLE_1.values())
+    assert len(TABLE_3) == 5 and TABLE_2["logic elements"] == (66_123, 119_088)
+
+
+def test_rivals(tmp_path):
+    file = tmp_path / "rivals.json"
+    file.write_text(json.dumps(RIVALS))
+    rivals = read_rivals(file)
+    assert list(rivals) == ["scan", "sgm"] and rivals["sgm"]["published"] is None and rivals["scan"]["published"] == "Dynamic Programming"
+    assert rivals["sgm"]["pairs"]["tsukuba"] == {"figures": {"nonocc": 3.0, "all": 4.0, "disc": 9.0}, "seconds": 0.1}
+
+
+@pytest.mark.parametrize("change", [
+    lambda document: document.pop("methods"), lambda document: document.update(methods=[1]), lambda document: document.update(methods={}),
+    lambda document: document["methods"]["sgm"].pop("about"), lambda document: document["methods"]["sgm"].update(pairs=3),
+    lambda document: document["methods"]["sgm"]["pairs"]["tsukuba"]["figures"].pop("disc"),
+    lambda document: document["methods"]["sgm"]["pairs"]["tsukuba"].update(seconds="long"),
+])
+def test_bad_rivals(tmp_path, change):
+    document = copy.deepcopy(RIVALS)
+    change(document)
+    file = tmp_path / "rivals.json"
+    file.write_text(json.dumps(document))
+    with pytest.raises(UserError, match=r"rivals.json .*golden rivals --output"):
+        read_rivals(file)
+
+
+@pytest.mark.parametrize("content", ["", "no JSON", "[]", "\udcff"])
+def test_rivals_that_are_no_document(tmp_path, content):
+    file = tmp_path / "rivals.json"
+    file.write_bytes(content.encode("utf-8", "surrogateescape"))
+    with pytest.raises(UserError, match="is not what"):
+        read_rivals(file)
+    with pytest.raises(UserError, match="cannot read"):
+        read_rivals(tmp_path / "none.json")
+
+
+def test_resources(tmp_path):
+    file = tmp_path / "resources.md"
+    file.write_text(RESOURCES)
+    resources = read_resources(file)
+    assert resources[2].head[0] == "EP3C120" and resources[2].rows[1] == ["DSP", "576", "-", "1", "2", "3"]
+    assert (resources[3].head, resources[3].rows) == (["hardware", "frames/s"], [["Virtex", "60"]])
+    section = table_2(resources)
+    assert section.tables == [resources[2]]
+    assert "logic elements -6,000 (sequential); logic elements +23,877 (streaming)." in section.paragraphs[0]
+    assert "DSP" not in section.paragraphs[0]
+    assert table_3(resources).tables == [resources[3]]
+
+
+def test_without_resources():
+    assert table_2(None).tables[0].rows[0] == ["logic elements", "119,088", "66,123", "not given"]
+    assert table_3(None).tables[0].rows[-1] == ["Cyclone III, the thesis", "720x576", "modified graph cut", "80", "25"]
+    assert "python -m hdl.resources.tables" in table_2(None).paragraphs[0]
+
+
+@pytest.mark.parametrize("old, new", [
+    ("## Table 2:", "## Table 4:"), ("| Virtex | 60 |\n", ""), ("| Virtex | 60 |", "| Virtex |"), ("## Table 3:", "# Table 3:")])
+def test_bad_resources(tmp_path, old, new):
+    file = tmp_path / "resources.md"
+    assert old in RESOURCES
+    file.write_text(RESOURCES.replace(old, new))
+    with pytest.raises(UserError, match=r"resources.md holds no table under '## Table"):
+        read_resources(file)
+    with pytest.raises(UserError, match=r"cannot read .*none.md"):
+        read_resources(tmp_path / "none.md")
