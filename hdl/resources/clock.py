@@ -16,6 +16,7 @@ from amaranth.back import rtlil
 from golden.errors import UserError
 
 from ..emit import ZERO_INIT
+from .floorplan import floor_plan
 from .mapping import run_yosys
 
 
@@ -92,6 +93,15 @@ def _worst_path(report: dict[str, Any], clock: str) -> tuple[tuple[str, ...], fl
     return tuple(names), spent["logic"], spent["routing"]
 
 
+def _plan(folder: Path, top: str) -> None:
+    """Put the memory blocks of labels where :func:`hdl.resources.floorplan.floor_plan` wants them."""
+    design = json.loads((folder / "design.json").read_text())
+    cells = design["modules"][top]["cells"]
+    for name, site in floor_plan(name for name, cell in cells.items() if cell["type"] == "DP16KD").items():
+        cells[name]["attributes"]["BEL"] = site
+    (folder / "design.json").write_text(json.dumps(design))
+
+
 def _synthesise(folder: Path, top: str, report: Callable[[str], None]) -> tuple[Counter[str], bool]:
     """Write ``design.json``; cells by type, and whether multipliers were made of tables.
 
@@ -139,6 +149,7 @@ def place_and_route(component: Any, report: Callable[[str], None] = lambda step:
         folder = Path(temporary)
         (folder / "design.il").write_text(without_collisions(ZERO_INIT.sub("", rtlil.convert(component, name=top, emit_src=False))))
         types, soft = _synthesise(folder, top, report)
+        _plan(folder, top)
         report("place and route")
         # Relative names: the tool runs in a sandbox that sees the working folder only.
         arguments = ["--85k", "--speed", "6", "--package", "CABGA756", "--router", "router2", "--timing-allow-fail",
