@@ -180,6 +180,8 @@ class LabelArray(wiring.Component):
     """
     #: Labels whose answers wait in one memory.
     GROUP = 5
+    #: Registers that carry the answers from the memories, which lie all over a device, to the multiplexer that all of them meet in.
+    HOPS = 2
 
     def __init__(self, config: MatcherConfig):
         self.config = config
@@ -195,7 +197,7 @@ class LabelArray(wiring.Component):
     def latency(self):
         """Cycles from ``up`` to ``transition``."""
         turn = self.config.disparities - 1 + UpCell.LATENCY
-        return turn + self.config.disparities - 1 + DownCell.LATENCY + 1
+        return turn + self.config.disparities - 1 + DownCell.LATENCY + 1 + self.HOPS
 
     def elaborate(self, platform):
         m = Module()
@@ -229,7 +231,13 @@ class LabelArray(wiring.Component):
             wave, least = cell.o, cell.least_o
             answers[label] = least.index
 
-        transition = data_register(m, self.transition)
+        together = Signal.like(self.transition)
+        transition = together
+        for hop in range(self.HOPS + 1):
+            later = Signal.like(self.transition, name=f"transition_{hop}", reset_less=True)
+            m.d.sync += later.eq(transition)
+            transition = later
+        m.d.comb += self.transition.eq(transition)
         # Together. Label 0 is last; the others of a group wait for its lowest in registers, the group for label 0 in a memory.
         for low in range(0, labels, self.GROUP):
             group = range(low, min(low + self.GROUP, labels))
@@ -238,5 +246,5 @@ class LabelArray(wiring.Component):
             for label in group:
                 m.submodules[f"align_{low}_{label}"] = skew = Delay(range(labels), label - low)
                 m.d.comb += [skew.i.eq(answers[label]), align.i[label - low].eq(skew.o)]
-                m.d.sync += transition[label].eq(align.o[label - low])
+                m.d.comb += together[label].eq(align.o[label - low])
         return m
