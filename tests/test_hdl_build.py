@@ -3,6 +3,7 @@ import os
 import re
 import subprocess
 import sys
+from dataclasses import asdict
 from pathlib import Path
 
 import pytest
@@ -11,7 +12,7 @@ from amaranth.hdl import Fragment
 import hdl.build
 from boards import cyclone3
 from golden.bandwidth import MemoryTiming
-from golden.config import Arithmetic, MatcherConfig
+from golden.config import Arithmetic, Cost, FusedParameters, MatcherConfig, Refinement
 from golden.formats import DISPLAYS
 from hdl.build import main
 from hdl.matcher import Matcher
@@ -164,6 +165,45 @@ def test_a_project_that_is_not_sound_is_not_written(tmp_path, monkeypatch):
     assert list(tmp_path.iterdir()) == []
 
 
+def test_core_of_the_cost_fused(tmp_path):
+    """The manifest tells the method, its settings have ports, and its words have fields."""
+    (tmp_path / "mine.toml").write_text("[fused]\nreach = 3\nu2 = 9\ncensus_rows = 3\ncensus_columns = 3\n")
+    assert main(["--core", *SMALL, "--cost", "fused", "--parameters", str(tmp_path / "mine.toml"), "--minimum", "5", "--no-fill",
+                 "--sub-pixel", "--u1", "7", "--output", str(tmp_path / "core")]) == 0
+    told = manifest(tmp_path / "core")
+    config = MatcherConfig(
+        disparities=6, max_width=24, arithmetic=Arithmetic.LINEAR, engine=told["engine"], cost=Cost.FUSED, minimum=5,
+        fused=FusedParameters(reach=3, census_rows=3, census_columns=3, u1=7, u2=9), refinement=Refinement(fill=False, sub_pixel=True))
+    assert told["parameters"] == {
+        "disparities": 6, "cost": "fused", "arithmetic": "linear", "minimum": 5, "fused": asdict(config.fused),
+        "refinement": {"check": True, "fill": False, "median": True, "sub_pixel": True}, "disparity_scale": 8,
+        "u1": 7, "u2": 9, "u3": config.fused.u3, "max_width": 24, "height": 10}
+    matcher = Matcher(config)
+    Fragment.get(matcher, None)  # Amaranth complains of a component that is not used
+    assert told["latency_clocks"] == 6 * max(24, matcher.full_rate_width) + matcher.latency_clocks
+    ports = {name: (port["direction"], port["width"]) for name, port in told["ports"].items()}
+    text = (tmp_path / "core" / "matcher.v").read_text()
+    assert ports == header(text, "matcher")
+    assert {name: ports[name] for name in ("minimum", "check", "fill", "median", "in_use")} == {
+        "minimum": ("input", 8), "check": ("input", 1), "fill": ("input", 1), "median": ("input", 1), "in_use": ("input", 9)}
+    # Up to 255 + 5 pixels in eighths, for the least disparity can be set; a confidence of 0 to 15.
+    assert told["payloads"]["o__payload"] == {
+        "disparity": [0, 11], "passed": [12, 12], "confidence": [13, 16], "first": [17, 17], "last": [18, 18], "end": [19, 19]}
+    built_in = dict(re.findall(r"reg (?:\[\d+:0\] )?(\w+)_set = \d+'h(\w+);", text))
+    assert {name: int(value, 16) for name, value in built_in.items()} == {
+        "u1": 7, "u2": 9, "u3": config.fused.u3, "in_use": 6, "minimum": 5, "check": 1, "fill": 0, "median": 1}
+
+
+@pytest.mark.slow
+def test_board_of_the_cost_fused(tmp_path, monkeypatch):
+    """The real system: its project is sound, or it would not be written."""
+    monkeypatch.setattr(hdl.build, "stereo_system", REAL)
+    assert main(["--board", "cyclone3", "--cost", "fused", "--sub-pixel", *FEW, "--output", str(tmp_path)]) == 0
+    told = manifest(tmp_path)
+    assert (told["parameters"]["cost"], told["parameters"]["disparity_scale"], told["board"]) == ("fused", 8, "cyclone3")
+    assert set(told["files"]) == {"stereo.v", "stereo.qpf", "stereo.qsf", "stereo.sdc", "README.md"}
+
+
 def test_weights_and_width_reach_the_verilog(folders):
     text = (folders["matcher"] / "matcher.v").read_text()
     defaults = dict(re.findall(r"reg \[5:0\] (u[123])_(?!of_frame)\w+ = 6'h(\w+);", text))
@@ -212,6 +252,13 @@ BAD = {
     "fraction bits": (["--core", "--arithmetic", "linear", "--fraction-bits", "5"], "--fraction-bits.*from 0 to 4.*not 5"),
     "weight": (["--core", "--u2", "64"], "--u2.*from 0 to 63.*not 64"),
     "negative weight": (["--core", "--u3", "-1"], "--u3.*not -1"),
+    "cost fused, sequential": (["--core", "--cost", "fused", "--engine", "sequential"], "--engine sequential has no cost fused; choose"),
+    "cost fused, thesis": (["--board", "cyclone3", "--cost", "fused", "--arithmetic", "thesis"], "thesis cannot make the fused cost"),
+    "minimum": (["--core", "--cost", "fused", "--minimum", "256"], "--minimum.*from 0 to 255, not 256; choose"),
+    "minimum of the thesis": (["--core", "--minimum", "3"], "--minimum 3 belongs to the cost fused; choose"),
+    "refinement of the thesis": (["--board", "cyclone3", "--refine"], "--refine belongs to the cost fused; choose"),
+    "parameters of the thesis": (["--core", "--parameters", "none.toml"], "--parameters belongs to the cost fused; choose"),
+    "no parameters": (["--core", "--cost", "fused", "--parameters", "none.toml"], "cannot read none.toml"),
     "abbreviated option": (["--core", "--disp", "4"], "--disp"),
 }
 

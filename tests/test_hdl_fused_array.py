@@ -104,6 +104,8 @@ def run(dut, pictures, configs, stall):
     (13, 30, 2, {"census_rows": 3, "census_columns": 3, "census_weight": 127}), (13, 4, 3, {}),
     (18, 40, 2, {"cost_factor": 7, "truncation": 200, "cost_outside": 77, "census_weight": 0}),
     (33, 70, 1, {"cost_factor": 0, "cost_shift": 3, "reach": 3, "cost_outside": 255}),
+    # Every unit of the matching cost counts, and three costs are just above the limit.
+    (3, 20, 3, {"census_rows": 3, "census_columns": 3, "census_weight": 1, "truncation": 15, "cost_factor": 15, "cost_shift": 0}),
     (6, 20, 2, {"census_rows": 1, "census_columns": 1, "truncation": 1000, "cost_factor": 1, "cost_shift": 2}),
 ])
 def test_matches_golden(labels, width, height, fused, stall):

@@ -28,7 +28,9 @@ def sums_of(labels, count, rng, most):
 def test_fraction_cell():
     config = config_of(3)
     rng = np.random.default_rng(1)
-    sums = np.array(list(sums_of(3, 2000, rng, config.data_max)))
+    # Both neighbours by all small steps above the label: eight times their difference is just a multiple, or one off it.
+    steps = np.array([(before, 0, after) for before in range(17) for after in range(17)]) + 5
+    sums = np.concatenate([list(sums_of(3, 2000, rng, config.data_max)), steps])
     complement = 2**config.data_bits - 1 - sums
     out = run_clocked(FractionCell(config), [dict(zip(("before", "own", "after"), row)) for row in complement.tolist()], ["fraction"],
                       drain=FractionCell.LATENCY)

@@ -74,6 +74,20 @@ def fails(capsys, folder, arguments):
     ("left.png right.png --disparities 8 --u2 64", "--u2"),
     ("left.png right.png --disparities 8 --simulator questa", "--simulator"),
     ("left.png right.png --disparities 8 --depth 8", "--depth"),
+    # The cost fused, and what belongs to it.
+    ("left.png right.png --disparities 8 --cost census", "--cost"),
+    ("left.png right.png --disparities 8 --cost fused --engine sequential", "--engine sequential has no cost fused; choose"),
+    ("left.png right.png --disparities 8 --cost fused --arithmetic thesis", "--arithmetic thesis cannot make the fused cost; choose"),
+    ("left.png right.png --disparities 8 --cost fused --fraction-bits 2", "--fraction-bits 2 belongs to the cost thesis; leave it out"),
+    ("left.png right.png --disparities 8 --cost fused --minimum 256", "--minimum must be a whole number from 0 to 255, not 256; choose"),
+    ("left.png right.png --disparities 8 --cost fused --minimum -1", "--minimum must be a whole number from 0 to 255, not -1; choose"),
+    ("left.png right.png --disparities 8 --cost fused --parameters none.toml", "cannot read none.toml"),
+    ("left.png right.png --disparities 8 --cost fused --parameters text.png", "text.png is not a TOML file"),
+    ("left.png right.png --disparities 8 --minimum 3", "--minimum 3 belongs to the cost fused; choose"),
+    ("left.png right.png --disparities 8 --refine", "--refine belongs to the cost fused; choose"),
+    ("left.png right.png --disparities 8 --no-median --engine sequential", "--no-median belongs to the cost fused; choose"),
+    ("left.png right.png --disparities 8 --sub-pixel", "--sub-pixel belongs to the cost fused; choose"),
+    ("left.png right.png --disparities 8 --parameters none.toml", "--parameters belongs to the cost fused; choose"),
 ])
 def test_bad_arguments(pair, monkeypatch, capsys, arguments, told):
     monkeypatch.chdir(pair)

@@ -27,6 +27,7 @@ from .frame_write import FrameWriter, PictureWriter
 from .pairing import BufferControl
 from .ports import SystemPorts
 from .setup import ChipSetup
+from .shown_label import ShownLabel
 from .words import PlanePixel
 
 
@@ -70,10 +71,11 @@ class PairFork(wiring.Component):
 class StereoSystem(wiring.Component):
     """Cameras, frame store, matcher and monitor, with the host's registers and the set-up of the video chips.
 
-    What the monitor shows is :func:`golden.display.monitor_picture` of :func:`golden.labelling.match` of the pair that
-    :class:`golden.pairing.Pairing` chose from what :func:`golden.bt656.decode` made of the cameras' bytes.
+    What the monitor shows is :func:`golden.display.monitor_picture` of :func:`golden.labelling.match` (with the cost ``FUSED`` of the
+    labels of :func:`golden.fused.match`, see :class:`hdl.video.shown_label.ShownLabel`) of the pair that :class:`golden.pairing.Pairing`
+    chose from what :func:`golden.bt656.decode` made of the cameras' bytes.
 
-    Weights and labels in use count from the next pair on, which picture is shown from the monitor's next frame on. Button 0 sets the
+    The matcher's settings count from the next pair on, which picture is shown from the monitor's next frame on. Button 0 sets the
     chips up again, button 1 clears the counters. LEDs: 0 and 1 left and right video is good, 2 and 3 left and right decoder is locked, 4
     memory ready, 5 changes with each pair, 6 a set-up has failed, 7 something was dropped or came too late since the counters were cleared.
 
@@ -206,8 +208,17 @@ class StereoSystem(wiring.Component):
         disparity_writer, left_writer = self.picture_writers["disparity"], self.picture_writers["left"]
         m.submodules.disparity_writer, m.submodules.left_plane_writer = disparity_writer, left_writer
         wiring.connect(m, fork.left, left_writer.i)
+        if self.config.cost is Cost.FUSED:
+            m.submodules.shown_label = shown_label = ShownLabel(self.config)
+            m.d.comb += [
+                shown_label.minimum.eq(params.minimum), shown_label.start.eq(reader.start),
+                shown_label.i.eq(matcher.o.p), shown_label.step.eq(matcher.o.valid & matcher.o.ready),
+                disparity_writer.i.p.value.eq(shown_label.label),
+            ]
+        else:
+            m.d.comb += disparity_writer.i.p.value.eq(matcher.o.p.disparity)
         m.d.comb += [
-            disparity_writer.i.p.value.eq(self._label(m, params, reader.start)), *copy_flags(disparity_writer.i.p, matcher.o.p),
+            *copy_flags(disparity_writer.i.p, matcher.o.p),
             disparity_writer.i.valid.eq(matcher.o.valid), matcher.o.ready.eq(disparity_writer.i.ready),
         ]
         for writer, plane in ((disparity_writer, control.disparity_plane), (left_writer, control.left_plane)):
@@ -256,20 +267,6 @@ class StereoSystem(wiring.Component):
             status.left_signal, status.right_signal, status.left_locked, status.right_locked, status.memory_ready, status.pairs[0],
             Cat(setup.failed for setup in self.setups.values()).any(), Cat(lost).any()))
         return m
-
-    def _label(self, m, params, start):
-        """What the monitor is to show of a disparity: its label, without a fraction and without the least disparity."""
-        word = self.matcher.o.p
-        if self.config.cost is not Cost.FUSED:
-            return word.disparity
-        # The least disparity of the pair that was last started, and of the picture that comes out: its first word tells when they change.
-        started, shown = (Signal.like(params.minimum, name=f"minimum_{name}", init=self.config.minimum) for name in ("started", "shown"))
-        of_frame = Mux(word.first, started, shown)
-        with m.If(start):
-            m.d.sync += started.eq(params.minimum)
-        with m.If(self.matcher.o.valid & self.matcher.o.ready):
-            m.d.sync += shown.eq(of_frame)
-        return word.disparity // self.config.disparity_scale - of_frame
 
     @staticmethod
     def _steer(m, writer, control, clear):

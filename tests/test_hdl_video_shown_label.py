@@ -1,0 +1,33 @@
+import numpy as np
+import pytest
+
+from golden.config import Arithmetic, Cost, MatcherConfig, Refinement
+from hdl.video.shown_label import ShownLabel
+from sim.clocked import run_clocked
+
+
+@pytest.mark.parametrize("sub_pixel", [False, True])
+@pytest.mark.parametrize("labels", [2, 13, 128])
+def test_label(labels, sub_pixel):
+    """Each picture is shown by the least disparity that its pair started with, though the next pair starts before it has left."""
+    config = MatcherConfig(disparities=labels, arithmetic=Arithmetic.LINEAR, cost=Cost.FUSED, minimum=7,
+                           refinement=Refinement(sub_pixel=sub_pixel))
+    scale = config.disparity_scale
+    rng = np.random.default_rng(1)
+    minima = [7, 0, 255, 3, 200]
+    inputs, expected = [], []
+    for number, minimum in enumerate(minima):
+        shown = [0, labels - 1, *rng.integers(0, labels, 10).tolist()]
+        for place, label in enumerate(shown):
+            # A fraction upwards keeps its label, one downwards belongs to the label below; the outermost have none.
+            fraction = int(rng.integers(-4, 5)) if sub_pixel and 0 < label < labels - 1 else 0
+            word = {"i": {"disparity": (minimum + label) * scale + fraction, "first": int(place == 0)}, "start": 0}
+            # The word waits; what stands at the input while no pair starts does not count. The next pair starts in the midst.
+            waits = [{**word, "step": 0, "minimum": int(rng.integers(256))} for _ in range(int(rng.integers(3)))]
+            inputs += [*waits, {**word, "step": 1, "minimum": int(rng.integers(256))}]
+            expected += [label - (fraction < 0)] * (len(waits) + 1)
+            if place == 5 and number + 1 < len(minima):
+                inputs.append({**word, "i": {"disparity": 0, "first": 0}, "step": 0, "start": 1, "minimum": minima[number + 1]})
+                expected.append(None)
+    out = run_clocked(ShownLabel(config), inputs, ["label"])
+    assert [(word["label"] if label is not None else None) for word, label in zip(out, expected, strict=True)] == expected

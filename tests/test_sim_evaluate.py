@@ -1,0 +1,124 @@
+"""sim.evaluate: how it ends on bad input, and what it makes of a simulation. No simulator runs here."""
+
+import json
+
+import numpy as np
+import pytest
+
+from golden import dataset, fused
+from golden.config import Cost
+from golden.dataset import StereoPair
+from golden.labelling import match
+from golden.scenes import scene
+from sim import evaluate
+from sim.harness import Frame, Result
+from sim.simulators import SimulationError
+
+
+@pytest.fixture
+def never(monkeypatch):
+    """Nothing may be read, looked for or simulated."""
+    for name in ("require", "data_folder", "load_pair", "simulate"):
+        def fail(*_, name=name, **__):
+            pytest.fail(f"{name} was called")
+        monkeypatch.setattr(evaluate, name, fail)
+
+
+@pytest.mark.parametrize("arguments, told", [
+    ("--simulator questa", "--simulator"),
+    ("--disparities 8", "--disparities"),
+    ("--arithmetic float", "--arithmetic float has no gateware; choose"),
+    ("--engine sequential --cost fused", "--engine sequential has no cost fused; choose"),
+    ("--minimum 3", "--minimum 3 belongs to the cost fused; choose"),
+    ("--cost fused --minimum 256", "--minimum must be a whole number from 0 to 255, not 256; choose"),
+    ("--refine", "--refine belongs to the cost fused; choose"),
+    ("--cost fused --parameters none.toml", "cannot read none.toml"),
+    ("--json figures.txt", "figures.txt has the suffix .txt"),
+    ("--json none/figures.json", "the folder none of figures.json does not exist"),
+])
+def test_bad_arguments(never, tmp_path, monkeypatch, capsys, arguments, told):
+    monkeypatch.chdir(tmp_path)
+    assert evaluate.main(arguments.split()) == 2
+    out, err = capsys.readouterr()
+    assert out == ""
+    assert err.startswith("sim.evaluate: ") and told in err
+    assert err.count("\n") == 1 and err.endswith("\n")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_no_data(tmp_path, monkeypatch, capsys):
+    monkeypatch.setattr(evaluate, "require", lambda simulator: None)
+    assert evaluate.main(["--data", str(tmp_path / "none"), "--json", str(tmp_path / "a.json")]) == 2
+    assert "none does not exist; name the one" in capsys.readouterr().err
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.fixture
+def pairs(monkeypatch):
+    """Two small pairs in the place of the benchmark's, of different sizes and numbers of disparities."""
+    small = {}
+    for name, (width, height, labels) in {"tsukuba": (20, 6, 5), "venus": (31, 7, 8)}.items():
+        left, right, truth = scene(width, height, labels, seed=3)
+        every = np.ones(truth.shape, dtype=bool)
+        # Off by a pixel and a half in the right half: there alone disparities are bad.
+        truth = np.where(np.isfinite(truth), truth, 0) + 1.5 * (np.arange(width) >= width // 2)
+        small[name] = StereoPair(name, left, right, truth, dict.fromkeys(dataset.MASKS, every), labels)
+    monkeypatch.setattr(evaluate, "PAIRS", list(small))
+    monkeypatch.setattr(evaluate, "data_folder", lambda data: data)
+    monkeypatch.setattr(evaluate, "load_pair", lambda folder, name: small[name])
+    monkeypatch.setattr(evaluate, "require", lambda simulator: None)
+    return small
+
+
+def fake(monkeypatch, fault):
+    """A simulation that takes no time: what the golden model gives, but for ``fault`` pixels of each of three parts of a word."""
+    configs = []
+
+    def simulate(config, lefts, rights, **_):
+        configs.append(config)
+        height, width = lefts[0].shape
+        about = [Frame(width, height, 1000, 2 * width * height, 1, 300, 100)], {"clocks": 1000}, 0.5, 0.0
+        if config.cost is not Cost.FUSED:
+            labels = match(lefts[0], rights[0], config).astype(np.uint8)
+            labels[0, :fault] = labels[0, :fault] == 0
+            return Result([labels], *about)
+        golden = fused.match(lefts[0], rights[0], config)
+        parts = golden.disparity.copy(), golden.passed.copy(), golden.confidence.copy()
+        for line, part in enumerate(parts):
+            part[line, :fault] = part[line, :fault] == 0
+        return Result([parts[0]], *about, None, [parts[1]], [parts[2]])
+
+    monkeypatch.setattr(evaluate, "simulate", simulate)
+    return configs
+
+
+@pytest.mark.parametrize("fault", [0, 2])
+@pytest.mark.parametrize("cost", [[], ["--cost", "fused"], ["--cost", "fused", "--sub-pixel", "--u1", "9"]], ids=" ".join)
+def test_figures(pairs, monkeypatch, tmp_path, capsys, cost, fault):
+    """Every part of every word counts; disparities are judged in pixels; exit status 1 if a pixel is wrong."""
+    configs = fake(monkeypatch, fault)
+    assert evaluate.main([*cost, "--json", str(tmp_path / "a.json")]) == int(fault > 0)
+    told = json.loads((tmp_path / "a.json").read_text())
+    assert told["mismatches"] == fault * len(pairs) * (3 if cost else 1)
+    assert f"Mismatching pixels against golden: {told['mismatches']}" in capsys.readouterr().out
+    assert [(config.disparities, config.max_width) for config in configs] == [(5, 20), (8, 31)]
+    assert {config.weights[0] for config in configs} == {9 if "--u1" in cost else 17 if cost else 15}
+    figures = told["bad_pixels_percent"]
+    assert told["average"] == pytest.approx(np.mean([value for pair in figures.values() for value in pair.values()]))
+    for (name, pair), config in zip(pairs.items(), configs):
+        disparity = (match if config.cost is not Cost.FUSED else lambda *of: fused.match(*of).disparity)(pair.left, pair.right, config)
+        disparity = disparity.copy()
+        disparity[0, :fault] = disparity[0, :fault] == 0
+        bad = 100 * np.mean(np.abs(disparity / config.disparity_scale - pair.truth) > 1)
+        assert figures[name] == pytest.approx(dict.fromkeys(dataset.MASKS, bad))
+        assert 0 < bad < 100
+        assert told["rates"][name] == {"clocks_per_pixel": 2.0, "seconds": 0.5}
+
+
+def test_failed_simulation(pairs, monkeypatch, tmp_path, capsys):
+    def simulate(*_, **__):
+        raise SimulationError("the harness saw faults: hang 1")
+    monkeypatch.setattr(evaluate, "simulate", simulate)
+    assert evaluate.main(["--json", str(tmp_path / "a.json")]) == 1
+    assert capsys.readouterr().err == "sim.evaluate: the harness saw faults: hang 1\n"
+    assert list(tmp_path.iterdir()) == []
