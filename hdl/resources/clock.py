@@ -36,7 +36,16 @@ read_rtlil design.il
 synth_ecp5 {options} -top {top} -run begin:map_ffs
 dfflegalize -minsrst 24 -mince 24 -cell $_DFF_?_ 01 -cell $_DFF_?P?_ r -cell $_SDFF_?P?_ r -cell $_DFFE_??_ 01 {more}
 opt_clean
-synth_ecp5 {options} -top {top} -run map_ffs: -json design.json
+{tables}
+"""
+# What makes the tables: ABC9, which knows the carry chains' times; or ABC, where Yosys 0.70 cannot put back what ABC9 gave, as happens with
+# designs of some 80,000 registers and tables.
+_ABC9 = "synth_ecp5 {options} -top {top} -run map_ffs: -json design.json"
+_ABC = """
+synth_ecp5 {options} -top {top} -run map_ffs:map_luts
+abc -luts 2:2,3,6:5,10,20 -dress
+clean
+synth_ecp5 {options} -top {top} -run map_cells: -json design.json
 """
 _NEXTPNR = """
 import sys
@@ -107,10 +116,17 @@ def _synthesise(folder: Path, top: str, report: Callable[[str], None]) -> tuple[
 
     Memories are not made of tables as long as there are blocks: those have places of their own, tables as memories need whole tiles.
     """
-    options = {"-nolutram"}
+    options, tables = {"-nolutram"}, _ABC9
     while True:
-        script = _SYNTHESIS.format(top=top, more=_ENABLED, options=" ".join(sorted(options)))
-        run_yosys([("synthesis for the ECP5", script)], folder, report)
+        given = " ".join(sorted(options))
+        script = _SYNTHESIS.format(top=top, more=_ENABLED, options=given, tables=tables.strip().format(top=top, options=given))
+        try:
+            run_yosys([("synthesis for the ECP5", script)], folder, report)
+        except RuntimeError:
+            if tables is _ABC:
+                raise
+            tables = _ABC
+            continue
         cells = json.loads((folder / "design.json").read_text())["modules"][top]["cells"]
         types = Counter(cell["type"] for cell in cells.values())
         if types["MULT18X18D"] > _DEVICE_MULTIPLIERS and "-nodsp" not in options:
