@@ -138,13 +138,14 @@ def write_comparison(path: str | os.PathLike[str], strips: Sequence[Strip]) -> N
     """
     from matplotlib import colormaps  # here, because it takes longer to load than all the rest
     from matplotlib.figure import Figure
+    from matplotlib.layout_engine import ConstrainedLayoutEngine
 
     colours = colormaps["viridis"].with_extremes(bad="black")
     columns = 1 + len(strips[0].disparities)
     width = 2.1  # of a panel, inches
     heights = [width * strip.left.shape[0] / strip.left.shape[1] + 0.25 for strip in strips]
-    figure = Figure(figsize=(columns * width, sum(heights)), dpi=110, layout="constrained")
-    figure.get_layout_engine().set(w_pad=0.02, h_pad=0.02, wspace=0, hspace=0)
+    layout = ConstrainedLayoutEngine(w_pad=0.02, h_pad=0.02, wspace=0, hspace=0)
+    figure = Figure(figsize=(columns * width, sum(heights)), dpi=110, layout=layout)
     all_axes = figure.subplots(len(strips), columns, squeeze=False, gridspec_kw={"height_ratios": heights})
     for row, strip in zip(all_axes, strips, strict=True):
         row[0].imshow(strip.left, cmap="gray", vmin=0, vmax=255)
