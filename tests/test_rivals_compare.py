@@ -58,6 +58,7 @@ def test_scenes(capsys):
             expected = [linear(scene), METHODS["dynamic-programming"].function(scene.left, scene.right, 8)]
             assert found[name, mask] == [f"{bad_pixels(labels, scene.truth, counted):.2f}" for labels in expected]
     assert len({tuple(row) for row in found.values()}) > 10
+    assert all(printed.out.count(name) == 1 for name in SCENES)  # in the first row of its block
 
 
 def test_threshold_and_mask(capsys):
@@ -100,6 +101,21 @@ def test_sheet(folder, capsys):
         assert np.ptp(left, axis=-1).max() <= 12  # grey
         assert min((np.ptp(part, axis=-1) > 40).mean() for part in others) > 0.6  # in colours
         assert len({part.tobytes() for part in row}) == 4
+
+
+def test_what_the_sheet_shows(monkeypatch):
+    shown = []
+    monkeypatch.setattr(compare, "write_comparison", lambda path, strips: shown.extend([path.name, *strips]))
+    assert main(["compare", *OWN, "--truth", "truth.npy", "--scenes", "thin", *FREE, "--output", "a.png"]) == 0
+    name, own, thin = shown
+    assert (name, own.name, thin.name) == ("a.png", "left.png", "thin") and own.limits == thin.limits == (0, 7)
+    scene = SCENES["thin"](48, 40, 8, 1 + list(SCENES).index("thin"))
+    assert (thin.left == scene.left).all()
+    titles, pictures = zip(*thin.disparities.items(), strict=True)
+    assert [title.split(":")[0] for title in titles] == ["truth", *FREE[1:]]
+    expected = [scene.truth, linear(scene), METHODS["dynamic-programming"].function(scene.left, scene.right, 8)]
+    assert all((one == other).all() for one, other in zip(pictures, expected, strict=True))
+    assert titles[1] == f"one-pass-linear: {bad_pixels(expected[1], scene.truth, np.ones_like(scene.hard)):.1f} % bad"
 
 
 @pytest.mark.parametrize("arguments, message", [

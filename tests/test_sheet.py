@@ -57,6 +57,8 @@ def test_comparison(tmp_path):
         write_comparison(tmp_path / f"{name}.png", strips)
         write_comparison(tmp_path / f"{name}.svg", strips)
         assert (tmp_path / f"{name}.svg").read_bytes().startswith(b"<?xml")
+        with Image.open(tmp_path / f"{name}.png") as picture:
+            assert picture.mode == "P"  # of few colours
     first, both = (colours(tmp_path / f"{name}.png").astype(int) for name in ("one", "two"))
     assert both.shape[0] > 2.2 * first.shape[0] and both.shape[1] == first.shape[1]  # as high as the pictures are
     least, greatest = (68, 1, 84), (253, 231, 36)  # of viridis
