@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from . import data, evaluate, match, sparsification, tune
 from .cli import Parser
 from .errors import run_cli
-from .rivals import gaps, measure
+from .rivals import compare, gaps, measure
 from .thesis import command as thesis
 
 
@@ -21,6 +21,7 @@ COMMANDS = {
     "sparsification": (sparsification.main, "whether confidence ranks errors"),
     "rivals": (measure.main, "bad pixels and time of other methods beside ours"),
     "gaps": (gaps.main, "how far the rule is from the minimum cut of each line"),
+    "compare": (compare.main, "our methods and OpenCV's side by side on hard scenes, with pictures"),
     "thesis": (thesis.main, "tables and figures of the thesis, and ours beside them"),
     "tune": (tune.main, "search for better parameters of the fused cost"),
 }

@@ -2,16 +2,19 @@
 
 import io
 import os
+from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from PIL import Image
 
 from .files import atomic
 
 
-__all__ = ["SHEET_SUFFIXES", "error_map", "write_sheet"]
+__all__ = ["SHEET_SUFFIXES", "Strip", "error_map", "small", "write_comparison", "write_sheet"]
 
 
 SHEET_SUFFIXES = (".png", ".svg", ".pdf")
@@ -101,3 +104,67 @@ def write_sheet(path: str | os.PathLike[str], left: NDArray[np.uint8], disparity
     figure.savefig(buffer, format=Path(path).suffix.lower()[1:])
     with atomic(path) as file:
         file.write(buffer.getvalue())
+
+
+@dataclass(frozen=True)
+class Strip:
+    """A row of a comparison.
+
+    Parameters
+    ----------
+    name : str
+    left : (H, W) uint8 ndarray
+        Grey levels.
+    disparities : dict of str to (H, W) ndarray
+        Pixels, by their titles; black where not finite.
+    limits : (int, int)
+        Least and greatest disparity of the colour scale, pixels.
+    """
+    name: str
+    left: NDArray[np.uint8]
+    disparities: dict[str, NDArray[Any]]
+    limits: tuple[int, int]
+
+
+def write_comparison(path: str | os.PathLike[str], strips: Sequence[Strip]) -> None:
+    """Write a row of pictures for every strip: the left picture, and all its disparities in the same colours.
+
+    Parameters
+    ----------
+    path : path
+        The suffix decides the format (:data:`SHEET_SUFFIXES`).
+    strips : sequence of Strip
+        With disparities of the same number.
+    """
+    from matplotlib import colormaps  # here, because it takes longer to load than all the rest
+    from matplotlib.figure import Figure
+    from matplotlib.layout_engine import ConstrainedLayoutEngine
+
+    colours = colormaps["viridis"].with_extremes(bad="black")
+    columns = 1 + len(strips[0].disparities)
+    width = 2.1  # of a panel, inches
+    heights = [width * strip.left.shape[0] / strip.left.shape[1] + 0.25 for strip in strips]
+    layout = ConstrainedLayoutEngine(w_pad=0.02, h_pad=0.02, wspace=0, hspace=0)
+    figure = Figure(figsize=(columns * width, sum(heights)), dpi=110, layout=layout)
+    all_axes = figure.subplots(len(strips), columns, squeeze=False, gridspec_kw={"height_ratios": heights})
+    for row, strip in zip(all_axes, strips, strict=True):
+        row[0].imshow(strip.left, cmap="gray", vmin=0, vmax=255)
+        for axes, picture in zip(row[1:], strip.disparities.values(), strict=True):
+            axes.imshow(np.ma.masked_invalid(picture), cmap=colours, vmin=strip.limits[0], vmax=strip.limits[1])
+        for axes, title in zip(row, (strip.name, *strip.disparities), strict=True):
+            axes.set_title(title, fontsize=8, pad=3)
+            axes.set_axis_off()
+    buffer = io.BytesIO()
+    figure.savefig(buffer, format=Path(path).suffix.lower()[1:])
+    data = buffer.getvalue()
+    with atomic(path) as file:
+        file.write(small(data) if Path(path).suffix.lower() == ".png" else data)
+
+
+def small(png: bytes, colours: int = 96) -> bytes:
+    """A PNG of few colours: a fraction of the bytes, and little that the eye misses."""
+    with Image.open(io.BytesIO(png)) as picture:
+        few = picture.convert("RGB").quantize(colours, method=Image.Quantize.MEDIANCUT, dither=Image.Dither.NONE)
+    buffer = io.BytesIO()
+    few.save(buffer, format="PNG", optimize=True)
+    return min(buffer.getvalue(), png, key=len)

@@ -1,11 +1,13 @@
-"""golden.sheet: what the colours of an error map say, and that a sheet shows all panels."""
+"""golden.sheet: what the colours of an error map say, that sheets show all panels, and that small PNG are small."""
+
+import io
 
 import numpy as np
 import pytest
 from PIL import Image
 
 from golden.metrics import bad_pixels
-from golden.sheet import BAD, GOOD, UNCOUNTED, UNKNOWN, error_map, write_sheet
+from golden.sheet import BAD, GOOD, UNCOUNTED, UNKNOWN, Strip, error_map, small, write_comparison, write_sheet
 
 
 def test_error_map_counts_as_the_metric_does():
@@ -45,3 +47,45 @@ def test_sheet(tmp_path):
     # The ends of viridis: the scale reaches from the least disparity to the greatest, not from 0.
     assert share(two, (68, 1, 84)) > 0.005 and share(two, (253, 231, 36)) > 0.005
     assert (tmp_path / "four.svg").read_bytes().startswith(b"<?xml")
+
+
+def test_comparison(tmp_path):
+    rows, columns = np.indices((30, 40))
+    one = Strip("one", np.full((30, 40), 90, np.uint8), {"a": columns.astype(float), "b": np.where(rows < 15, np.inf, 39.0)}, (0, 39))
+    two = Strip("two", np.full((60, 40), 200, np.uint8), {"a": np.full((60, 40), 5.0), "b": np.full((60, 40), 12)}, (5, 12))
+    for strips, name in (([one], "one"), ([one, two], "two")):
+        write_comparison(tmp_path / f"{name}.png", strips)
+        write_comparison(tmp_path / f"{name}.svg", strips)
+        assert (tmp_path / f"{name}.svg").read_bytes().startswith(b"<?xml")
+        with Image.open(tmp_path / f"{name}.png") as picture:
+            assert picture.mode == "P"  # of few colours
+    first, both = (colours(tmp_path / f"{name}.png").astype(int) for name in ("one", "two"))
+    assert both.shape[0] > 2.2 * first.shape[0] and both.shape[1] == first.shape[1]  # as high as the pictures are
+    least, greatest = (68, 1, 84), (253, 231, 36)  # of viridis
+
+    def share(part, colour):
+        return (np.abs(part - colour).max(axis=-1) <= 6).mean()
+
+    upper, lower = np.split(both, [both.shape[0] * 38 // 100])
+    for part, grey, thirds in ((upper, 90, None), (lower, 200, (least, greatest))):
+        left, a, b = np.array_split(part, 3, axis=1)
+        assert share(left, (grey,) * 3) > 0.7 and share(a, (grey,) * 3) < 0.01
+        if thirds:
+            assert share(a, least) > 0.7 and share(b, greatest) > 0.7  # each row has its own scale
+        else:
+            assert share(b, (0, 0, 0)) > 0.3 and share(b, greatest) > 0.3  # black is not finite
+            assert 0.005 < share(a, least) < 0.2 and len(np.unique(a.reshape(-1, 3), axis=0)) > 30
+
+
+def test_small():
+    def shown(png):
+        return colours(io.BytesIO(png))
+
+    rng = np.random.default_rng(1)
+    noise = np.kron(rng.integers(0, 256, (40, 40, 3), dtype=np.uint8), np.ones((4, 4, 1), np.uint8))
+    buffer = io.BytesIO()
+    Image.fromarray(noise).save(buffer, format="PNG", compress_level=1)
+    fewer = small(buffer.getvalue(), colours=16)
+    assert len(fewer) < len(buffer.getvalue()) / 2 and shown(fewer).shape == noise.shape
+    assert len(np.unique(shown(fewer).reshape(-1, 3), axis=0)) <= 16
+    assert small(fewer, colours=64) in (fewer, small(fewer, colours=64)) and len(small(fewer, colours=64)) <= len(fewer)

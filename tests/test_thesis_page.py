@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from golden.thesis.page import Picture, Section, Table, markdown, small
+from golden.thesis.page import Picture, Section, Table, markdown
 from golden.thesis.page import html as html_page
 from golden.thesis.plots import curves, heat, panels
 
@@ -92,17 +92,6 @@ Before.
 
 *Black & white.*
 """
-
-
-def test_small():
-    rng = np.random.default_rng(1)
-    noise = np.kron(rng.integers(0, 256, (40, 40, 3), dtype=np.uint8), np.ones((4, 4, 1), np.uint8))
-    buffer = io.BytesIO()
-    Image.fromarray(noise).save(buffer, format="PNG", compress_level=1)
-    fewer = small(buffer.getvalue(), colours=16)
-    assert len(fewer) < len(buffer.getvalue()) / 2 and picture(fewer).shape == noise.shape
-    assert len(np.unique(picture(fewer).reshape(-1, 3), axis=0)) <= 16
-    assert small(fewer, colours=64) in (fewer, small(fewer, colours=64)) and len(small(fewer, colours=64)) <= len(fewer)
 
 
 def test_panels():

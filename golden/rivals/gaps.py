@@ -20,8 +20,9 @@ from ..dataset import StereoPair
 from ..errors import UserError, run_cli
 from ..files import atomic, check_output
 from ..labelling import labelling
+from ..workers import check_installed
 from .maxflow import LineGraph, augmenting_path, cut_labels, line_energy, line_graph, line_terms, push_relabel
-from .options import add_pair_options, check_installed, check_names, load_pairs
+from .options import add_pair_options, check_names, load_pairs
 
 
 __all__ = ["LineGap", "gaps", "main"]
@@ -170,7 +171,7 @@ def run(argv: Sequence[str] | None) -> None:
         raise UserError(f"--every must be at least 1, not {options.every}; choose a greater number")
     output = check_output(options.output, SUFFIXES) if options.output else None
     numbers = check_output(options.json, (".json",), "--json") if options.json else None
-    check_installed(["maxflow", "ortools"])
+    check_installed("maxflow", "ortools")
     pairs = load_pairs(options)
 
     results = {}

@@ -2,7 +2,6 @@
 
 import argparse
 import json
-import os
 import textwrap
 import time
 from collections.abc import Sequence
@@ -22,8 +21,8 @@ from ..errors import run_cli
 from ..evaluate import average
 from ..files import atomic, check_output
 from ..metrics import bad_pixels
-from .options import add_pair_options, check_installed, check_names, load_pairs
-from .parallel import add_worker_options, compute, workers
+from ..workers import add_worker_options, check_installed, workers
+from .options import add_pair_options, check_names, load_pairs
 from .registry import METHODS, PUBLISHED, PUBLISHED_PAIR
 
 
@@ -117,7 +116,7 @@ def parser() -> Parser:
         epilog="\n".join(["methods:", *(f"  {name:22}{method.about}" for name, method in METHODS.items())]))
     add_pair_options(result)
     result.add_argument("--methods", nargs="+", choices=METHODS, default=list(METHODS), metavar="NAME", help="which (default: all)")
-    add_worker_options(result, os.cpu_count() or 1)
+    add_worker_options(result)
     result.add_argument("--output", type=Path, metavar="FILE", help="write the results there too; suffix .json")
     return result
 
@@ -127,16 +126,22 @@ def run(argv: Sequence[str] | None) -> None:
     options = parser().parse_args(argv)
     check_names(options, "methods", "pairs")
     output = check_output(options.output, (".json",)) if options.output else None
-    check_installed(sorted({need for name in options.methods if (need := METHODS[name].needs)}))
+    check_installed(*sorted({need for name in options.methods if (need := METHODS[name].needs)}))
     pairs = load_pairs(options)
 
     tasks = [(name, pair) for name in options.methods for pair in pairs]
-    with workers(options.workers, options.scheduler) as pool, progress() as bar:
+    found: dict[int, Result] = {}
+    with workers(options.workers, options.scheduler) as compute, progress() as bar:
         task = bar.add_task("methods and pairs", total=len(tasks))
-        found = compute(pool, measure, tasks, lambda: bar.advance(task))
+
+        def done(number: int, result: Result) -> None:
+            found[number] = result
+            bar.advance(task)
+
+        compute([(measure, *each) for each in tasks], done)
     results: dict[str, dict[str, Result]] = {name: {} for name in options.methods}
-    for (name, pair), one in zip(tasks, found, strict=True):
-        results[name][pair.name] = one
+    for number, (name, pair) in enumerate(tasks):  # whatever the order in which they were done
+        results[name][pair.name] = found[number]
 
     if output:
         with atomic(output) as file:

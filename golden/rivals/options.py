@@ -1,8 +1,6 @@
-"""What the commands of the rivals share: which pairs, and the packages of the extra ``lab``."""
+"""What the commands of the rivals share: which pairs, and names that are given once."""
 
 import argparse
-import importlib.util
-from collections.abc import Iterable
 from pathlib import Path
 
 from ..cli import Parser
@@ -10,7 +8,7 @@ from ..dataset import PAIRS, StereoPair, data_folder, load_pair
 from ..errors import UserError
 
 
-__all__ = ["add_pair_options", "check_installed", "check_names", "load_pairs"]
+__all__ = ["add_pair_options", "check_names", "load_pairs"]
 
 
 def add_pair_options(parser: Parser) -> None:
@@ -33,10 +31,3 @@ def check_names(options: argparse.Namespace, *lists: str) -> None:
         for name in names:
             if names.count(name) > 1:
                 raise UserError(f"--{option} names {name} more than once; name each once")
-
-
-def check_installed(names: Iterable[str]) -> None:
-    """:class:`UserError` unless the packages are installed."""
-    for name in names:
-        if importlib.util.find_spec(name) is None:
-            raise UserError(f"the package {name} is not installed; install the extra lab of this package")

@@ -1,16 +1,13 @@
 """Sections of text, tables and pictures, and the two pages that they become."""
 
 import base64
-import io
 import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-from PIL import Image
 
-
-__all__ = ["Picture", "Section", "Table", "html", "markdown", "small"]
+__all__ = ["Picture", "Section", "Table", "html", "markdown"]
 
 
 @dataclass(frozen=True)
@@ -36,15 +33,6 @@ class Section:
     paragraphs: Sequence[str] = ()
     tables: Sequence[Table] = ()
     pictures: Sequence[Picture] = field(default_factory=tuple)
-
-
-def small(png: bytes, colours: int = 96) -> bytes:
-    """A PNG of few colours: a fraction of the bytes, and little that the eye misses."""
-    with Image.open(io.BytesIO(png)) as picture:
-        few = picture.convert("RGB").quantize(colours, method=Image.Quantize.MEDIANCUT, dither=Image.Dither.NONE)
-    buffer = io.BytesIO()
-    few.save(buffer, format="PNG", optimize=True)
-    return min(buffer.getvalue(), png, key=len)
 
 
 HTML = """\

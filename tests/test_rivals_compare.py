@@ -1,0 +1,149 @@
+"""`python -m golden compare`: figures are those of the methods on the scenes, the sheet shows them, bad input ends with status 2."""
+
+import numpy as np
+import pytest
+
+from golden.__main__ import main
+from golden.config import Arithmetic, MatcherConfig
+from golden.dataset import StereoPair
+from golden.images import read_colours, write_picture
+from golden.matcher import disparities as match
+from golden.metrics import bad_pixels
+from golden.rivals import compare
+from golden.rivals.registry import METHODS
+from golden.scenes import SCENES, layers
+
+
+FREE = ["--methods", "one-pass-linear", "dynamic-programming"]  # need no package of the extra
+OWN = ["left.png", "right.png", "--disparities", "8"]
+
+
+@pytest.fixture(autouse=True)
+def folder(tmp_path, monkeypatch):
+    """A working folder with a pair and its truth, and small scenes."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(compare, "SCENE_SIZE", (48, 40, 8))
+    left, right, truth, visible = layers(40, 30, 8, 1)
+    for name, picture in {"left.png": left, "right.png": right, "truth.npy": truth, "narrow.npy": truth[:, 1:],
+                          "mask.png": np.uint8(255) * visible}.items():
+        write_picture(name, picture)
+    return tmp_path
+
+
+def figures(printed):
+    """``{(view, pixels): figures}`` of a table."""
+    found, name = {}, None
+    for line in printed.splitlines():
+        words = line.split()
+        if "." in (words or [""])[-1] and words[-1][-1].isdigit():
+            *names, mask = (word for word in words if not word[0].isdigit())
+            name = names[0] if names else name
+            found[name, mask] = [word for word in words if word[0].isdigit()]
+    return found
+
+
+def linear(pair):
+    return match(pair.left, pair.right, MatcherConfig(disparities=8, arithmetic=Arithmetic.LINEAR))
+
+
+def test_scenes(capsys):
+    assert main(["compare", *OWN, "--truth", "truth.npy", *FREE]) == 0
+    printed = capsys.readouterr()
+    assert printed.err == "" and max(map(len, printed.out.splitlines())) <= 80
+    found = figures(printed.out)
+    assert list(found) == [("left.png", "known"), *((name, mask) for name in SCENES for mask in ("known", "nonocc", "hard"))]
+    for seed, (name, make) in enumerate(SCENES.items(), start=1):
+        scene = make(48, 40, 8, seed)
+        for mask, counted in (("known", np.ones_like(scene.hard)), ("nonocc", scene.visible), ("hard", scene.hard)):
+            expected = [linear(scene), METHODS["dynamic-programming"].function(scene.left, scene.right, 8)]
+            assert found[name, mask] == [f"{bad_pixels(labels, scene.truth, counted):.2f}" for labels in expected]
+    assert len({tuple(row) for row in found.values()}) > 10
+    assert all(printed.out.count(name) == 1 for name in SCENES)  # in the first row of its block
+
+
+def test_threshold_and_mask(capsys):
+    rows = []
+    for arguments in ([], ["--threshold", "0"], ["--mask", "mask.png"], ["--threshold", "0", "--mask", "mask.png"]):
+        assert main(["compare", *OWN, "--truth", "truth.npy", *arguments, "--scenes", *FREE]) == 0
+        printed = capsys.readouterr().out
+        assert f"more than {int('--threshold' not in arguments)} pixel" in printed
+        rows.append(tuple(figures(printed)["left.png", "known"]))
+    assert len(set(rows)) == 4
+
+
+def test_motorcycle_without_pictures(capsys, monkeypatch):
+    asked = {}
+
+    def small(**options):
+        asked.update(options)
+        left, right, truth, visible = layers(40, 30, 8, 1)
+        return StereoPair("motorcycle", left, right, truth, {"known": visible}, 8)
+
+    monkeypatch.setattr(compare, "motorcycle", small)
+    assert main(["compare", "--scenes", "thin", *FREE]) == 0
+    found = figures(capsys.readouterr().out)
+    assert list(found) == [("motorcycle", "known"), *(("thin", mask) for mask in ("known", "nonocc", "hard"))]
+    assert asked["factor"] == 1 and asked["max_width"] >= 741 and asked["max_height"] >= 500
+    pair = small()
+    assert found["motorcycle", "known"][0] == f"{bad_pixels(linear(pair), pair.truth, pair.masks['known']):.2f}"
+
+
+def test_sheet(folder, capsys):
+    assert main(["compare", *OWN, "--scenes", "slanted", *FREE, "--output", "a.png"]) == 0  # no truth: its panel is black
+    assert "no truth" in capsys.readouterr().out
+    without = read_colours("a.png").astype(int)
+    assert main(["compare", *OWN, "--truth", "truth.npy", "--scenes", "slanted", *FREE, "--output", "a.png"]) == 0
+    upper, lower = (np.array_split(part, 4, axis=1) for part in np.array_split(read_colours("a.png").astype(int), 2))
+    black = (np.array_split(np.array_split(without, 2)[0], 4, axis=1)[1] == 0).all(axis=-1).mean()
+    assert black > 0.6 > 0.05 > (upper[1] == 0).all(axis=-1).mean()
+    for row in (upper, lower):
+        left, *others = (part.reshape(-1, 3) for part in row)
+        assert np.ptp(left, axis=-1).max() <= 12  # grey
+        assert min((np.ptp(part, axis=-1) > 40).mean() for part in others) > 0.6  # in colours
+        assert len({part.tobytes() for part in row}) == 4
+
+
+def test_what_the_sheet_shows(monkeypatch):
+    shown = []
+    monkeypatch.setattr(compare, "write_comparison", lambda path, strips: shown.extend([path.name, *strips]))
+    assert main(["compare", *OWN, "--truth", "truth.npy", "--scenes", "thin", *FREE, "--output", "a.png"]) == 0
+    name, own, thin = shown
+    assert (name, own.name, thin.name) == ("a.png", "left.png", "thin") and own.limits == thin.limits == (0, 7)
+    scene = SCENES["thin"](48, 40, 8, 1 + list(SCENES).index("thin"))
+    assert (thin.left == scene.left).all()
+    titles, pictures = zip(*thin.disparities.items(), strict=True)
+    assert [title.split(":")[0] for title in titles] == ["truth", *FREE[1:]]
+    expected = [scene.truth, linear(scene), METHODS["dynamic-programming"].function(scene.left, scene.right, 8)]
+    assert all((one == other).all() for one, other in zip(pictures, expected, strict=True))
+    assert titles[1] == f"one-pass-linear: {bad_pixels(expected[1], scene.truth, np.ones_like(scene.hard)):.1f} % bad"
+
+
+@pytest.mark.parametrize("arguments, message", [
+    (["left.png"], "left.png has no right picture"),
+    (["left.png", "right.png"], "--disparities is missing; give the number of disparities of the pictures, 2 to "),
+    ([*OWN[:-1], "1"], "--disparities must be a whole number from 2 to "),
+    (["left.png", "none.png", "--disparities", "8"], "none.png does not exist"),
+    (["--disparities", "8"], "--disparities 8 is for LEFT and RIGHT, which are missing"),
+    (["--truth", "truth.npy"], "--truth truth.npy is for LEFT and RIGHT, which are missing"),
+    ([*OWN, "--truth", "narrow.npy"], "narrow.npy has 39x30 pixels"),
+    ([*OWN, "--mask", "mask.png"], "mask.png masks a ground truth, but there is none"),
+    ([*OWN, "--scenes", "thin", "thin"], "--scenes names thin more than once"),
+    ([*OWN, "--scenes", "fog"], "fog"),
+    ([*OWN, "--methods", "none"], "none"),
+    ([*OWN, "--methods", "one-pass-linear", "one-pass-linear"], "--methods names one-pass-linear more than once"),
+    ([*OWN, "--output", "a.txt"], "a.txt has the suffix .txt"),
+    ([*OWN, "--output", "none/a.png"], "the folder none of a.png does not exist"),
+])
+def test_bad_input(folder, capsys, arguments, message):
+    asked = [*arguments, *([] if "--methods" in arguments else FREE), *([] if "--output" in arguments else ["--output", "a.png"])]
+    assert main(["compare", *asked]) == 2
+    printed = capsys.readouterr()
+    assert printed.out == "" and printed.err.count("\n") == 1
+    assert printed.err.startswith("golden compare: ") and message in printed.err
+    assert not list(folder.glob("a.*"))
+
+
+def test_package_missing(capsys, monkeypatch):
+    monkeypatch.setattr("golden.workers.importlib.util.find_spec", lambda name: None)
+    assert main(["compare"]) == 2
+    assert capsys.readouterr().err == "golden compare: cv2 is not installed; install the extra lab of this package\n"
