@@ -109,12 +109,13 @@ def run(dut, pictures, configs, stall):
     (6, 20, 2, {"census_rows": 1, "census_columns": 1, "truncation": 1000, "cost_factor": 1, "cost_shift": 2}),
 ])
 def test_matches_golden(labels, width, height, fused, stall):
-    """A scene, then noise with another least disparity, not all labels in use."""
+    """A scene, then noise with another least disparity, not all labels in use; then a line of noise whose first right pixels count."""
     configs = [config_of(labels, width, **fused),
-               config_of(labels, width, minimum=min(3, width), **fused)]
+               config_of(labels, width, minimum=min(3, width), **fused), config_of(labels, width, **fused)]
     object.__setattr__(configs[1], "in_use", labels - labels // 3)
-    pictures = [scene(width, height, labels, seed=4)[:2], noise(width, height, seed=5).astype(np.uint8)]
-    dut = Rig(configs[0], 2 * width * height + 3)
+    pictures = [scene(width, height, labels, seed=4)[:2], noise(width, height, seed=5).astype(np.uint8),
+                noise(width, 1, seed=6).astype(np.uint8)]
+    dut = Rig(configs[0], sum(left.size for left, _ in pictures) + 3)
     queued, right, sums, sizes = run(dut, pictures, configs, stall)
 
     results = [stages(*pair, config) for pair, config in zip(pictures, configs)]
@@ -124,9 +125,10 @@ def test_matches_golden(labels, width, height, fused, stall):
     expected = []
     for (left, _), result in zip(pictures, results):
         local = np.argmin(result.sums, axis=-1)
-        for y in range(height):
-            below = local[y + 1].tolist() if y + 1 < height else [None] * width
-            expected += [(int(grey), b, int(y > 0), int(y + 1 < height), int(y + 1 == height and x == width - 1))
+        lines = len(left)
+        for y in range(lines):
+            below = local[y + 1].tolist() if y + 1 < lines else [None] * width
+            expected += [(int(grey), b, int(y > 0), int(y + 1 < lines), int(y + 1 == lines and x == width - 1))
                          for x, (grey, b) in enumerate(zip(left[y], below))]
     assert [(grey, b if has_lower else None, *rest[:1], has_lower, *rest[1:])
             for grey, b, has_upper, has_lower, end in queued for rest in [(has_upper, end)]] == expected
