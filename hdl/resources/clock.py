@@ -43,7 +43,7 @@ opt_clean
 _ABC9 = "synth_ecp5 {options} -top {top} -run map_ffs: -json design.json"
 _ABC = """
 synth_ecp5 {options} -top {top} -run map_ffs:map_luts
-abc -luts 2:2,3,6:5,10,20 -dress
+abc -lut 4:7 -dress
 clean
 synth_ecp5 {options} -top {top} -run map_cells: -json design.json
 """
