@@ -218,18 +218,19 @@ class StreamingEngine(wiring.Component):
                 m.d.comb += [turn_delay.i[name].eq(held[name]) for name in settings]
             with m.If(admit & head.pixel.first):
                 m.d.sync += [held[name].eq(getattr(self, name)) for name in settings]
-        # A register for each bit's multiplexer: one alone would drive as many inputs as there are labels, for each bit of a label.
-        # They begin unlike, so that no tool makes one of them; a line's first pixel has no left neighbour, and any will do for it.
+        # A register for each bit's multiplexer, and one for all else that a disparity goes to: one alone would drive as many inputs as
+        # there are labels, for each bit of a label, all over the device. They begin unlike, so that no tool makes one of them; a line's
+        # first pixel has no left neighbour, and any will do for it.
         bits      = (labels - 1).bit_length()
-        chosen_by = [Signal(range(labels), name=f"disparity_{bit}", init=bit % labels, reset_less=True) for bit in range(bits)]
-        disparity = chosen_by[0]
+        *chosen_by, disparity = (
+            Signal(range(labels), name=f"disparity_{copy}", init=copy % labels, reset_less=True) for copy in range(bits + 1))
         selected  = Signal(range(labels))
         done      = Signal()
         done_turn = Signal(turn, reset_less=True)
         m.d.comb += selected.eq(Cat(choose([value[bit] for value in array.transition], index) for bit, index in enumerate(chosen_by)))
         m.d.sync += [done.eq(turn_delay.o.valid), done_turn.eq(turn_delay.o)]
         with m.If(turn_delay.o.valid):
-            m.d.sync += [index.eq(selected) for index in chosen_by]
+            m.d.sync += [index.eq(selected) for index in (*chosen_by, disparity)]
         m.d.comb += [
             result_write.addr.eq(done_turn.x), result_write.data.eq(disparity), result_write.en.eq(done), chosen.eq(done),
         ]
