@@ -95,6 +95,14 @@ def test_a_cluster_changes_nothing(folder):
     assert stripped(json.loads((folder / "a.json").read_text())) == here
 
 
+def test_every_task_advances_the_bar(monkeypatch):
+    needs("dask")
+    advanced = []
+    monkeypatch.setattr("rich.progress.Progress.advance", lambda bar, task: advanced.append(task))
+    assert main([*RIVALS, "--workers", "1"]) == 0
+    assert len(advanced) == 2 * len(FREE)
+
+
 def test_energies_are_shown(folder, capsys):
     needs("dask", "maxflow")
     assert main(["rivals", "--data", ".", "--pairs", "venus", "--methods", "one-pass-linear", "one-pass-expansion", "--workers", "1",

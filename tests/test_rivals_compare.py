@@ -103,6 +103,13 @@ def test_sheet(folder, capsys):
         assert len({part.tobytes() for part in row}) == 4
 
 
+def test_every_picture_advances_the_bar(monkeypatch):
+    advanced = []
+    monkeypatch.setattr("rich.progress.Progress.advance", lambda bar, task: advanced.append(task))
+    assert main(["compare", *OWN, "--scenes", "thin", "slanted", *FREE]) == 0
+    assert len(advanced) == 3 * 2
+
+
 def test_what_the_sheet_shows(monkeypatch):
     shown = []
     monkeypatch.setattr(compare, "write_comparison", lambda path, strips: shown.extend([path.name, *strips]))
