@@ -5,7 +5,7 @@ from golden.config import Arithmetic, MatcherConfig
 from golden.cost import local_disparity, matching_cost
 from golden.lines import line_store
 from golden.scenes import scene
-from hdl.bec_array import BecArray
+from hdl.bec_array import BecArray, LabelMemory, groups_of
 from sim.cases import noise
 from sim.clocked import run_clocked
 
@@ -67,3 +67,30 @@ def test_matches_golden(labels, width, height, stall):
     assert got == costs.tolist()
     if width > 2 * labels:
         assert {0, labels - 1} <= set(local)
+
+
+@pytest.mark.parametrize("stall", [0.0, 0.4])
+def test_label_memory(stall):
+    """Around the memory several times; read as late as may be before the next word comes to the same place."""
+    config = MatcherConfig(disparities=10, arithmetic=Arithmetic.LINEAR)
+    rng = np.random.default_rng(6)
+    labels, depth, late = config.disparities, 14, 7
+    given = rng.integers(0, 2**config.data_bits, (60, labels)).tolist()
+    group = [number for number, members in enumerate(groups_of(config)) for _ in members]
+    assert max(group) == 2
+    written = []  # number of the words that come in a cycle
+    for number in range(len(given)):
+        while rng.random() < stall:
+            written.append(None)
+        written.append(number)
+    cycles = len(written) + late + labels + 3
+    at = {number: cycle for cycle, number in enumerate(written) if number is not None}
+    came = {cycle: number for number, cycle in at.items()}
+    inputs = []
+    for cycle in range(cycles):
+        # A group's words come a cycle after those of the group below it; between them is what must not be kept.
+        words = [given[came[cycle - group[label]]][label] if cycle - group[label] in came else int(rng.integers(2**config.data_bits))
+                 for label in range(labels)]
+        inputs.append({"write": int(cycle in came), "words": words, "address": came.get(cycle - late, 0) % depth})
+    out = run_clocked(LabelMemory(config, depth), inputs, ["o"])
+    assert [[out[at[number] + late + label + 2]["o"][label] for label in range(labels)] for number in range(len(given))] == given

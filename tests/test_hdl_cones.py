@@ -29,7 +29,7 @@ def neighbours(labels, count, rng):
 @pytest.mark.parametrize("weights", [(15, 10, 5), (WEIGHT_MAX,) * 3, (0, 1, 62)], ids=str)
 @pytest.mark.parametrize("config", [
     *(config_of(labels, fraction_bits) for labels, fraction_bits in [(2, 0), (3, 4), (13, 3), (80, 3), (256, 4)]),
-    *(config_of(labels, 0, Cost.FUSED, reach=reach) for labels, reach in [(2, 0), (13, 3), (80, 16), (128, 31)]),
+    *(config_of(labels, 0, Cost.FUSED, reach=reach) for labels, reach in [(2, 0), (3, 7), (13, 3), (80, 16), (128, 31)]),
 ], ids=lambda config: f"{config.cost}-{config.disparities}")
 def test_matches_golden(config, weights):
     labels = config.disparities

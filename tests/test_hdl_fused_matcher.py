@@ -54,6 +54,21 @@ def test_matches_golden(config, width, height, stall):
     assert [comparable(word) for word in out] == [word for pair in pairs for word in fused_words(*pair, config)]
 
 
+def test_long_pauses():
+    """Lines shorter than the labels, supports ready long before the right picture's labels: nothing is asked for before it is there."""
+    config = config_of(13, 9, reach=1, cost_outside=255, tolerance=0)
+    left, right, _ = scene(9, 6, 4, seed=6)
+
+    async def script(ctx, send_words, given):
+        words = pixel_words(left, right)
+        for begin in range(0, len(words), 5):
+            await send_words(words[begin:begin + 5])
+            await ctx.tick().repeat(120)
+
+    given, _ = run_script(Matcher(config), script, left.size)
+    assert given == fused_words(left, right, config)
+
+
 @pytest.mark.parametrize("labels, width", [(6, 70), (13, 100)])
 def test_one_pixel_a_clock(labels, width):
     """Inside a line no clock is lost, between lines as many as the census takes; latency is within its bound and not far below it."""

@@ -28,6 +28,8 @@ def test_label(labels, sub_pixel):
             expected += [label - (fraction < 0)] * (len(waits) + 1)
             if place == 5 and number + 1 < len(minima):
                 inputs.append({**word, "i": {"disparity": 0, "first": 0}, "step": 0, "start": 1, "minimum": minima[number + 1]})
-                expected.append(None)
+                # No word there: what stands at its place is not taken for the first one of the next picture.
+                inputs.append({**word, "i": {"disparity": 0, "first": 1}, "step": 0})
+                expected += [None, None]
     out = run_clocked(ShownLabel(config), inputs, ["label"])
     assert [(word["label"] if label is not None else None) for word, label in zip(out, expected, strict=True)] == expected
