@@ -241,8 +241,8 @@ def test_more_labels_in_use_than_there_are(config):
 
 @pytest.mark.parametrize("config, message", [
     (MatcherConfig(arithmetic=Arithmetic.FLOAT), "the arithmetic float has no gateware; choose thesis or linear"),
-    (MatcherConfig(arithmetic=Arithmetic.LINEAR, cost=Cost.FUSED), "cost thesis and the minimum disparity 0, not fused and 0"),
-    (MatcherConfig(minimum=3), "cost thesis and the minimum disparity 0, not thesis and 3"),
+    (MatcherConfig(arithmetic=Arithmetic.LINEAR, cost=Cost.FUSED), "the cost fused is made by the engine streaming only, not sequential"),
+    (MatcherConfig(minimum=3), "the cost thesis has gateware for the minimum disparity 0 only, not 3"),
 ])
 def test_refuses(config, message):
     with pytest.raises(ValueError, match=message):
