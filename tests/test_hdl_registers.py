@@ -198,7 +198,8 @@ def test_reset_values():
 
     async def testbench(ctx):
         assert {name: ctx.get(dut.params[name]) for name in ParameterLayout(REGISTERS).members} == {
-            "u1": 1, "u2": 2, "u3": 3, "labels": 20, "show": 0, "colour": 0, "hold": 0}
+            "u1": 1, "u2": 2, "u3": 3, "labels": 20, "show": 0, "colour": 0, "hold": 0,
+            "minimum": 0, "check": 1, "fill": 1, "median": 1}
         assert ctx.get(dut.actions.as_value()) == ctx.get(dut.errors) == 0
 
     play(dut, testbench)

@@ -155,7 +155,7 @@ BAD = [
     ("rivals", ["--workers", "0", "--methods", *FREE, "--pairs", "venus"], "--workers must be at least 1, not 0"),
     ("rivals", ["--output", "a.txt"], "a.txt has the suffix .txt"),
     ("rivals", ["--data", "none", "--methods", *FREE], "the data folder none does not exist"),
-    ("rivals", ["--methods", *FREE], "teddy"),  # a folder without it
+    ("rivals", ["--methods", *FREE], "left.png does not exist; give the name of a picture"),
     ("gaps", ["--every", "0"], "--every must be at least 1, not 0"),
     ("gaps", ["--pairs", "venus", "venus"], "--pairs names venus more than once"),
     ("gaps", ["--output", "a.json"], "a.json has the suffix .json"),
