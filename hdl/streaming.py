@@ -24,7 +24,8 @@ __all__ = ["StreamingEngine"]
 
 
 class StreamingEngine(wiring.Component):
-    """BEC and graph cut at one pixel a cycle; ``LINEAR`` arithmetic. The golden model is :func:`golden.labelling.match`.
+    """BEC and graph cut at one pixel a cycle; ``LINEAR`` arithmetic. The golden model is :func:`golden.labelling.match`,
+    with the cost ``FUSED`` :func:`golden.fused.stages` up to the check.
 
     What recursion remains is ``f = T[f]``: the array prepares the answer for every label that the left neighbour may have, and one
     multiplexer of ``D`` labels picks.
@@ -36,7 +37,8 @@ class StreamingEngine(wiring.Component):
     Timing: a pixel a cycle and two more a line; :attr:`latency` cycles from a wave to its disparity.
 
     Memory: ``D`` costs for ``max_width + queue_depth + admission_latency + D - D/4`` pixels at most, a line of disparities, a line of
-    pixels, and the delays of :class:`LabelArray`.
+    pixels, and the delays of :class:`LabelArray`. With the cost ``FUSED`` also those of :class:`FusedArray`, and the right
+    picture's labels, see :class:`LeftRightCheck`.
 
     Members
     -------

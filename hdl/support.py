@@ -205,7 +205,7 @@ class SupportSource(wiring.Component):
 
     @staticmethod
     def ring_of(config: MatcherConfig):
-        """Words of a ring of running sums: two arms and twice the lag's lines of one pixel, and as many as addresses wrap well."""
+        """Words of a ring of running sums: an arm, the lag, a few for beginnings of lines; a power of two, so that addresses wrap."""
         return 1 << (2 * SupportSource.lag_of(config) + 4).bit_length()
 
     def elaborate(self, platform):
