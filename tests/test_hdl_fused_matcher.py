@@ -56,8 +56,8 @@ def test_matches_golden(config, width, height, stall):
 
 def test_long_pauses():
     """Lines shorter than the labels, supports ready long before the right picture's labels: nothing is asked for before it is there."""
-    config = config_of(13, 9, reach=1, cost_outside=255, tolerance=0)
-    left, right, _ = scene(9, 6, 4, seed=6)
+    config = config_of(13, 5, reach=1, cost_outside=255, tolerance=0)
+    left, right, _ = scene(5, 6, 4, seed=5)
 
     async def script(ctx, send_words, given):
         words = pixel_words(left, right)

@@ -1,0 +1,41 @@
+"""hdl.waves: what waves carry on lines longer than its counter of columns counts; the arrays' tests show the rest."""
+
+import numpy as np
+import pytest
+from amaranth.sim import Simulator
+
+from golden.config import Arithmetic, Cost, FusedParameters, MatcherConfig
+from hdl.waves import WaveSource
+from sim.cases import engine_words, noise
+from sim.streams import send
+
+
+@pytest.mark.parametrize("minimum", [0, 3, 255])
+def test_long_lines(minimum):
+    """A right column is there from the least disparity to the end of the line; waves without a pixel follow the frame alone."""
+    width, height = 600, 2
+    config = MatcherConfig(disparities=2, max_width=width, arithmetic=Arithmetic.LINEAR, cost=Cost.FUSED, minimum=minimum,
+                           fused=FusedParameters(census_rows=1, census_columns=1))
+    dut = WaveSource(config)
+    words = engine_words(*noise(width, height, seed=1).astype(np.uint8), config)
+    inside = []
+
+    async def source(ctx):
+        ctx.set(dut.go, 1)
+        ctx.set(dut.in_use, 2)
+        ctx.set(dut.minimum, minimum)
+        await send(ctx, dut.i, words, rng=np.random.default_rng(1))
+        await ctx.tick().repeat(dut.flush_waves + 10)
+
+    async def watch(ctx):
+        async for _, _, wave in ctx.tick().sample(dut.wave):
+            if wave.valid:
+                inside.append(wave.inside)
+
+    simulator = Simulator(dut)
+    simulator.add_clock(1e-6)
+    simulator.add_testbench(source)
+    simulator.add_testbench(watch, background=True)
+    simulator.run()
+    line = [0, *(int(x >= minimum) for x in range(width)), 0]
+    assert inside == line * (height + 1) + [0] * dut.flush_waves
