@@ -97,7 +97,8 @@ def add_method_options(parser: argparse.ArgumentParser, cost: Cost = Cost.THESIS
     """
     parser.add_argument("--cost", type=Cost, choices=list(Cost), default=cost, metavar="thesis|fused", help=(
         "matching cost of the thesis; or fused with a census, summed over a support and refined after the rule (default: %(default)s)"))
-    parser.add_argument("--parameters", type=Path, metavar="FILE", help="parameters of the fused cost, of golden tune (default: fused-1)")
+    parser.add_argument("--parameters", type=Path, metavar="fused-1|fused-2|FILE", help=(
+        "parameters of the fused cost; fused-2 counts the lines above and below too; or a file of golden tune (default: fused-1)"))
     parser.add_argument("--refine", action=argparse.BooleanOptionalAction, help="all stages of the refinement or none (default: all)")
     for name, what in STAGES.items():
         parser.add_argument(f"--{name}", action=argparse.BooleanOptionalAction, help=f"{what}, whatever --refine says of the others")
@@ -171,7 +172,8 @@ def gateware_config(options: argparse.Namespace, disparities: int, max_width: in
     ['streaming', 'sequential']
     """
     if options.arithmetic is Arithmetic.FLOAT:
-        raise UserError("--arithmetic float has no gateware; choose thesis or linear, or use python -m golden match")
+        others = "linear" if options.cost is Cost.FUSED else "thesis or linear"
+        raise UserError(f"--arithmetic float has no gateware; choose {others}, or use python -m golden match")
     if options.cost is Cost.FUSED and options.engine is Engine.SEQUENTIAL:
         raise UserError("--engine sequential has no cost fused; choose --engine streaming or --cost thesis")
     if options.cost is Cost.THESIS and options.minimum:

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 
-__all__ = ["Arithmetic", "Cost", "Engine", "FUSED_1", "FusedParameters", "IN_USE_BITS", "MINIMUM_BITS", "MatcherConfig", "PIXEL_BITS",
-           "PIXEL_MAX", "Refinement", "WEIGHT_BITS", "WEIGHT_MAX"]
+__all__ = ["Arithmetic", "Cost", "Engine", "FUSED_1", "FUSED_2", "FusedParameters", "IN_USE_BITS", "MINIMUM_BITS", "MatcherConfig",
+           "PIXEL_BITS", "PIXEL_MAX", "Refinement", "WEIGHT_BITS", "WEIGHT_MAX"]
 
 
 PIXEL_BITS = 8
@@ -93,6 +93,10 @@ class FusedParameters:
         Largest difference of left and right view that passes the check, pixels, ``0..7``.
     median : int
         Side of the median's window, pixels; 3 or 5.
+    vertical : int
+        Lines above and below a pixel whose costs join its own before they are summed over the support, 0 or 1.
+    vertical_threshold : int
+        Grey levels by which the pixel above, or below, may differ for that, ``0..255``.
     """
     truncation: int = 156
     cost_factor: int = 4
@@ -109,6 +113,8 @@ class FusedParameters:
     energy_shift: int = 3
     tolerance: int = 1
     median: int = 5
+    vertical: int = 0
+    vertical_threshold: int = 10
 
     COST_MAX: ClassVar[int] = 255  # eight bits a cost, in memories and between labels
     LIMITS: ClassVar[Mapping[str, range]] = {
@@ -116,12 +122,14 @@ class FusedParameters:
         "cost_outside": range(COST_MAX + 1), "census_rows": range(1, 8, 2), "census_columns": range(1, 10, 2),
         "arm_threshold": range(PIXEL_MAX + 1), "reach": range(32), "u1": range(WEIGHT_MAX + 1), "u2": range(WEIGHT_MAX + 1),
         "u3": range(WEIGHT_MAX + 1), "energy_shift": range(5), "tolerance": range(8), "median": range(3, 6, 2),
+        "vertical": range(2), "vertical_threshold": range(PIXEL_MAX + 1),
     }
 
     def __post_init__(self) -> None:
         _check(self, self.LIMITS)
-        if self.cost_max > self.COST_MAX:
-            raise ValueError(f"the fused cost reaches {self.cost_max}, more than the {self.COST_MAX} that its 8 bits hold; "
+        if self.joined_max > self.COST_MAX:
+            what = "the fused cost of three lines" if self.vertical else "the fused cost"
+            raise ValueError(f"{what} reaches {self.joined_max}, more than the {self.COST_MAX} that its 8 bits hold; "
                              "choose a smaller truncation, cost_factor or census_weight, or a greater cost_shift")
 
     @property
@@ -136,6 +144,11 @@ class FusedParameters:
         return max(inside, self.cost_outside)
 
     @property
+    def joined_max(self) -> int:
+        """Largest cost ``V`` with those of the lines above and below: of four shares."""
+        return self.cost_max * 4 if self.vertical else self.cost_max
+
+    @property
     def support_max(self) -> int:
         """Most pixels ``n`` of a support."""
         return 2 * self.reach + 1
@@ -143,7 +156,7 @@ class FusedParameters:
     @property
     def sum_max(self) -> int:
         """Largest support sum ``S``."""
-        return self.support_max * self.cost_max
+        return self.support_max * self.joined_max
 
     @property
     def slope_max(self) -> int:
@@ -152,6 +165,11 @@ class FusedParameters:
 
 
 FUSED_1 = FusedParameters()  # the named default fused-1
+
+# The named set fused-2, found by golden tune from costs of four bits: two lines of them are kept for the vertical support.
+FUSED_2 = FusedParameters(
+    truncation=142, cost_factor=2, census_weight=55, cost_shift=7, cost_outside=3, census_columns=5, arm_threshold=14, reach=29,
+    u1=10, u2=23, u3=19, energy_shift=4, vertical=1, vertical_threshold=30)
 
 
 @dataclass(frozen=True)
@@ -306,6 +324,11 @@ class MatcherConfig:
     def data_max(self) -> int:
         """Largest data term of a label, before it is shifted into the energy: a matching cost, or a support sum."""
         return self.fused.sum_max if self.cost is Cost.FUSED else self.cost_outside
+
+    @property
+    def vertical(self) -> bool:
+        """Whether costs are joined with those of the lines above and below."""
+        return self.cost is Cost.FUSED and bool(self.fused.vertical)
 
     @property
     def data_bits(self) -> int:

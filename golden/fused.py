@@ -12,6 +12,7 @@ from .labelling import scan, slopes
 from .refine import check, fill, median, right_view
 from .sub_pixel import sub_pixel_labels
 from .support import arms, fused_cost, support_sizes, support_sums
+from .vertical import vertical_support
 
 
 __all__ = ["Fused", "Stages", "labelling", "labelling_plain", "match", "stages"]
@@ -96,7 +97,7 @@ def stages(left, right, config: MatcherConfig) -> Stages:
         raise ValueError(f"this is the matcher of the cost fused, not {config.cost}; take golden.labelling.match")
     l, r = arms(left, config.fused)
     n = support_sizes(l, r)
-    cost = fused_cost(left, right, config)
+    cost = vertical_support(fused_cost(left, right, config), left, config.fused)
     sums = support_sums(cost, l, r)
     labels = labelling(sums, n, left, config)
     from_right = right_view(cost, config)

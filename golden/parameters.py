@@ -1,29 +1,38 @@
-"""Parameters of the fused cost in files."""
+"""Parameters of the fused cost, by name or in files."""
 
 import dataclasses
 import os
 import tomllib
 from pathlib import Path
 
-from .config import FusedParameters
+from .config import FUSED_1, FUSED_2, FusedParameters
 from .errors import UserError
 from .files import atomic
 
 
-__all__ = ["PARAMETER_SUFFIX", "read_parameters", "write_parameters"]
+__all__ = ["NAMED", "PARAMETER_SUFFIX", "read_parameters", "write_parameters"]
 
 
 PARAMETER_SUFFIX = ".toml"
 TABLE = "fused"
 
+#: Sets that need no file.
+NAMED = {"fused-1": FUSED_1, "fused-2": FUSED_2}
+
 
 def read_parameters(path: str | os.PathLike[str]) -> FusedParameters:
-    """The parameters in the table ``[fused]`` of a TOML file; what it does not name is the default. :class:`UserError` if it is none."""
+    """The set of that name of :data:`NAMED`, or the parameters in the table ``[fused]`` of a TOML file.
+
+    What a file does not name is that of *fused-1*. :class:`UserError` if it is neither.
+    """
     path = Path(path)
+    if str(path) in NAMED:
+        return NAMED[str(path)]
     try:
         document = tomllib.loads(path.read_text(encoding="utf-8"))
     except OSError as error:
-        raise UserError(f"cannot read {path}: {error.strerror or error}; name a file that golden tune has written") from error
+        named = ", ".join(NAMED)
+        raise UserError(f"cannot read {path}: {error.strerror or error}; name {named} or a file that golden tune has written") from error
     except ValueError as error:  # what is no TOML, or no text
         raise UserError(f"{path} is not a TOML file: {error}; name one that golden tune has written") from error
     values = document.get(TABLE)

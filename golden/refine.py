@@ -10,14 +10,14 @@ __all__ = ["check", "check_plain", "fill", "fill_plain", "median", "median_plain
 
 
 def right_view(cost, config: MatcherConfig):
-    """Labels of the right picture: ``r(x_r)`` is the ``d`` of least ``C(x_r + minimum + d, y, d)`` over the columns that exist.
+    """Labels of the right picture: ``r(x_r)`` is the ``d`` of least ``V(x_r + minimum + d, y, d)`` over the columns that exist.
 
     The smaller label on a tie; 0 where no column exists.
 
     Parameters
     ----------
     cost : (H, W, D) uint8 ndarray
-        Fused cost ``C``, of :func:`golden.support.fused_cost`.
+        Fused cost ``V``, of :func:`golden.vertical.vertical_support`; without vertical support ``C`` itself.
 
     Returns
     -------

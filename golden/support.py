@@ -112,7 +112,7 @@ def support_sums(cost, l, r):
     Parameters
     ----------
     cost : (H, W, D) uint8 ndarray
-        Of :func:`fused_cost`.
+        Of :func:`golden.vertical.vertical_support`.
     l, r : (H, W) integer ndarray
         Of :func:`arms`.
 

@@ -2,6 +2,7 @@
 
 import argparse
 import dataclasses
+import warnings
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -26,13 +27,16 @@ __all__ = ["SPACE", "main", "objective", "search"]
 
 # What is searched, and how far. The cost keeps its 8 bits and the gateware its size: factor, shift and tolerance stay.
 SPACE = {
-    "truncation": range(40, 401), "census_weight": range(0, 101), "cost_outside": range(5, 81),
+    "truncation": range(40, 401), "census_weight": range(0, 101), "cost_outside": range(1, 81),
     "census_rows": range(3, 8, 2), "census_columns": range(3, 10, 2), "arm_threshold": range(3, 31), "reach": range(4, 32),
     "u1": range(1, 64), "u2": range(1, 64), "u3": range(1, 64), "median": range(3, 6, 2),
+    "vertical": range(2), "vertical_threshold": range(3, 61),
 }
 
 # Trials that are asked for together and told together: the search is the same on any number of processors.
 BATCH = 8
+# Sets that are asked for at most to have a batch whose costs fit.
+ATTEMPTS = 400
 
 BUILT_IN = {"motorcycle": "the Motorcycle pair of scikit-image", "scenes": "synthetic scenes with occlusions"}
 
@@ -51,8 +55,21 @@ def _figures(run: Run, pairs: Sequence[StereoPair], candidates: Sequence[FusedPa
     return [{pair.name: found[len(pairs) * number + at] for at, pair in enumerate(pairs)} for number in range(len(candidates))]
 
 
+def _suggest(trial: Any, names: Sequence[str], start: FusedParameters, cost_bits: int) -> FusedParameters | None:
+    """Parameters to try; None if their cost does not fit."""
+    values = {}
+    for name in names:
+        greatest = min(SPACE[name][-1], (1 << cost_bits) - 1) if name == "cost_outside" else SPACE[name][-1]
+        values[name] = trial.suggest_int(name, SPACE[name][0], greatest, step=SPACE[name].step)
+    try:
+        params = dataclasses.replace(start, **values)
+    except ValueError:  # more than eight bits
+        return None
+    return params if params.cost_max.bit_length() <= cost_bits else None
+
+
 def search(run: Run, pairs: Sequence[StereoPair], names: Sequence[str], trials: int, seed: int, start: FusedParameters = FUSED_1,
-           advance: Any = None) -> tuple[FusedParameters, float]:
+           advance: Any = None, cost_bits: int = 8) -> tuple[FusedParameters, float]:
     """Parameters of the least average of bad pixels on ``pairs``; the search is Optuna's TPE, and the same for the same seed.
 
     Parameters
@@ -66,7 +83,9 @@ def search(run: Run, pairs: Sequence[StereoPair], names: Sequence[str], trials: 
     trials : int
         The first is ``start`` itself, so the result is never worse.
     advance : callable or None
-        Called with the number of trials that are done and the least average.
+        Called with the number of trials that are done, the least average and its parameters.
+    cost_bits : int
+        Parameters whose cost ``C`` takes more bits are not tried.
 
     Returns
     -------
@@ -77,25 +96,34 @@ def search(run: Run, pairs: Sequence[StereoPair], names: Sequence[str], trials: 
     import optuna  # here, because only this command needs it
 
     optuna.logging.set_verbosity(optuna.logging.ERROR)
-    study = optuna.create_study(sampler=optuna.samplers.TPESampler(seed=seed, n_startup_trials=3 * BATCH))
+    with warnings.catch_warnings():
+        # Joint distributions: weights and costs are good together. Optuna calls that experimental; the bound of its version holds it.
+        warnings.simplefilter("ignore", optuna.exceptions.ExperimentalWarning)
+        sampler = optuna.samplers.TPESampler(seed=seed, n_startup_trials=2 * BATCH, multivariate=True, constant_liar=True)
+    study = optuna.create_study(sampler=sampler)
     study.enqueue_trial({name: getattr(start, name) for name in names})
     best, least = start, float("inf")
     for done in range(0, trials, BATCH):
         candidates = []  # (trial, parameters)
-        for _ in range(done, min(done + BATCH, trials)):
+        for _ in range(ATTEMPTS):
             trial = study.ask()
-            values = {name: trial.suggest_int(name, SPACE[name][0], SPACE[name][-1], step=SPACE[name].step) for name in names}
-            try:
-                candidates.append((trial, dataclasses.replace(start, **values)))
-            except ValueError:  # the cost does not fit its bits
+            params = _suggest(trial, names, start, cost_bits)
+            if params is None:
                 study.tell(trial, state=optuna.trial.TrialState.FAIL)
+            else:
+                candidates.append((trial, params))
+            if len(candidates) == min(BATCH, trials - done):
+                break
+        if not candidates:
+            raise UserError(f"none of {ATTEMPTS} parameter sets has a cost of {cost_bits} bits at most; "
+                            "allow more --cost-bits or start from a greater cost_shift")
         averages = [average(figures) for figures in _figures(run, pairs, [params for _, params in candidates])]
         for (trial, params), value in zip(candidates, averages, strict=True):
             study.tell(trial, value)
             if value < least:
                 best, least = params, value
         if advance:
-            advance(min(done + BATCH, trials), least)
+            advance(min(done + BATCH, trials), least, best)
     return best, least
 
 
@@ -132,10 +160,11 @@ def parser() -> Parser:
     result.add_argument("--trials", type=int, default=200, metavar="N", help="parameter sets that are tried, the start among them")
     result.add_argument("--seed", type=int, default=1, metavar="S", help="of the search")
     result.add_argument("--search", nargs="+", choices=SPACE, default=list(SPACE), metavar="NAME", help="parameters that are searched")
-    result.add_argument("--start", type=Path, metavar="FILE", help="parameters to start from, fused-1 if none are given")
+    result.add_argument("--start", type=Path, metavar="fused-1|fused-2|FILE", help="parameters to start from, fused-1 if none are given")
+    result.add_argument("--cost-bits", type=int, default=8, metavar="B", help="most bits of a cost: what lines of costs take in memory")
     add_worker_options(result)
     result.add_argument("--output", type=Path, required=True, metavar="FILE",
-                        help=f"write the best there, for --parameters; suffix {PARAMETER_SUFFIX}")
+                        help=f"write the best so far there, for --parameters; suffix {PARAMETER_SUFFIX}")
     return result
 
 
@@ -145,12 +174,17 @@ def run(argv: Sequence[str] | None) -> None:
     for name, lowest in (("trials", 1), ("seed", 0)):
         if getattr(options, name) < lowest:
             raise UserError(f"--{name} must be at least {lowest}, not {getattr(options, name)}; choose a greater one")
+    if not 1 <= options.cost_bits <= 8:
+        raise UserError(f"--cost-bits must be 1 to 8, not {options.cost_bits}; a cost has 8 bits at most")
     output = check_output(options.output, (PARAMETER_SUFFIX,))
     start = read_parameters(options.start) if options.start else FUSED_1
     for name in options.search:
         if getattr(start, name) not in SPACE[name]:
-            raise UserError(f"{options.start} has {name} = {getattr(start, name)}, which is not within the {SPACE[name][0]} to "
-                            f"{SPACE[name][-1]} of the search; leave it out of --search")
+            raise UserError(f"{options.start or 'fused-1'} has {name} = {getattr(start, name)}, which is not within the "
+                            f"{SPACE[name][0]} to {SPACE[name][-1]} of the search; leave it out of --search")
+    if start.cost_max.bit_length() > options.cost_bits:
+        raise UserError(f"the cost of the start reaches {start.cost_max}, more than --cost-bits {options.cost_bits} hold; "
+                        "start from parameters with a greater cost_shift")
     train, test = _pairs(options.train, "--train"), _pairs(options.test, "--test")
     common = {pair.name for pair in train} & {pair.name for pair in test}
     if common:
@@ -160,14 +194,20 @@ def run(argv: Sequence[str] | None) -> None:
     with workers(options.workers, options.scheduler) as compute, progress() as bar:
         task = bar.add_task("", total=options.trials)
 
-        def advance(done: int, least: float) -> None:
-            bar.update(task, completed=done, description=f"least average {least:.2f} %")
+        places = ", ".join(pair.name for pair in train)
+        written: FusedParameters | None = None
 
-        best, least = search(compute, train, options.search, options.trials, options.seed, start, advance)
+        def advance(done: int, least: float, best: FusedParameters) -> None:
+            nonlocal written
+            bar.update(task, completed=done, description=f"least average {least:.2f} %")
+            if best != written or done == options.trials:  # what an interrupted search has found is kept
+                note = f"golden tune: {least:.2f} % bad pixels on {places}\nseed {options.seed}, {done} of {options.trials} trials"
+                write_parameters(output, best, note)
+                written = best
+
+        best, _ = search(compute, train, options.search, options.trials, options.seed, start, advance, options.cost_bits)
         rows = {part: _figures(compute, pairs, [start, best]) for part, pairs in (("train", train), ("test", test))}
 
-    places = ", ".join(pair.name for pair in train)
-    write_parameters(output, best, f"golden tune: {least:.2f} % bad pixels on {places}\nseed {options.seed}, {options.trials} trials")
     table = Table(title="Bad pixels: off by more than 1 pixel, percent, average of the masks")
     for column in ("", "pair", "start", "best"):
         table.add_column(column, justify="right" if column in ("start", "best") else "left")

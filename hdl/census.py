@@ -35,12 +35,12 @@ class CensusStage(wiring.Component):
     Members
     -------
     i : In(stream.Signature(ColumnWord(rows)))
-        As many :attr:`rows` as the census has, three at least.
+        As many :attr:`rows` as the census has, three at least, five with vertical support.
     o : Out(stream.Signature(CensusWord(config)))
     """
     def __init__(self, config: MatcherConfig):
         self.config = config
-        self.rows = max(3, config.fused.census_rows)
+        self.rows = max(5 if config.vertical else 3, config.fused.census_rows)
         super().__init__({
             "i": In(stream.Signature(ColumnWord(self.rows))),
             "o": Out(stream.Signature(CensusWord(config))),
@@ -101,4 +101,6 @@ class CensusStage(wiring.Component):
                 neighbours = [column[side][name] for name in names for column in window if not (name == "line" and column is centre)]
                 m.d.sync += payload[f"{side}_census"].eq(Cat(pixel < centre[side].line for pixel in neighbours))
                 m.d.sync += [payload[side][name].eq(centre[side][name]) for name in line_names(3)]
+            if self.config.vertical:
+                m.d.sync += payload.above.eq(centre.left.minus2)
         return m

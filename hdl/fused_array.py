@@ -12,7 +12,8 @@ from .delay import NO_COLLISION, Delay, data_register
 from .right_view import RightCell, RightWave
 from .stream import Column, Least
 from .support import Ends, SumWave, SupportSource
-from .waves import BecWave, Completion, Pixel
+from .vertical import VerticalSupport
+from .waves import BecWave, Completion, Pixel, VerticalWave
 
 
 __all__ = ["FusedArray", "FusedCell", "FusedGroup"]
@@ -135,18 +136,22 @@ class FusedCell(wiring.Component):
 class FusedGroup(wiring.Component):
     """Fused costs of a few neighbouring labels in the same cycle, their running sums, and the least sum so far.
 
-    Golden: :func:`golden.support.fused_cost`, :func:`golden.support.support_sums`, :func:`golden.refine.right_view`.
+    Golden: :func:`golden.support.fused_cost`, :func:`golden.vertical.vertical_support`, :func:`golden.support.support_sums`,
+    :func:`golden.refine.right_view`.
 
     Width: a running sum is kept modulo the power of two above the greatest support sum; differences are exact.
 
-    Timing: ``sums`` of a wave are due with its costs, :attr:`FusedCell.LATENCY` cycles after it; ``total`` :attr:`TOTAL` cycles after
-    ``ends``, ``least_i`` :data:`hdl.bec_array.TREE` cycles after that, ``least_o`` one later; every ``_o`` else a cycle after its ``_i``.
+    Timing: ``vertical`` of a wave is due with the costs of cells, :attr:`FusedCell.LATENCY` cycles after it, its ``sums`` with those that
+    are joined, :meth:`cost_latency` cycles after it; ``total`` :attr:`TOTAL` cycles after ``ends``, ``least_i``
+    :data:`hdl.bec_array.TREE` cycles after that, ``least_o`` one later; every ``_o`` else a cycle after its ``_i``.
 
-    Memory: two rings of running sums for all labels of the group, one for each end of a support.
+    Memory: two rings of running sums for all labels of the group, one for each end of a support; that of :class:`VerticalSupport`.
 
     Members
     -------
     i : In(BecWave(config)), o : Out(BecWave(config))
+    vertical_i : In(VerticalWave(config)), vertical_o : Out(VerticalWave(config))
+        With vertical support only.
     sums_i : In(SumWave(config)), sums_o : Out(SumWave(config))
     ends_i : In(Ends(config)), ends_o : Out(Ends(config))
     right_i : In(RightWave(config)), right_o : Out(RightWave(config))
@@ -161,14 +166,20 @@ class FusedGroup(wiring.Component):
         self.config = config
         self.labels = labels
         least = Least(config.data_bits, config.disparities)
+        vertical = {"vertical_i": In(VerticalWave(config)), "vertical_o": Out(VerticalWave(config))} if config.vertical else {}
         super().__init__({
-            "i": In(BecWave(config)), "o": Out(BecWave(config)),
+            "i": In(BecWave(config)), "o": Out(BecWave(config)), **vertical,
             "sums_i": In(SumWave(config)), "sums_o": Out(SumWave(config)),
             "ends_i": In(Ends(config)), "ends_o": Out(Ends(config)),
             "right_i": In(RightWave(config)), "right_o": Out(RightWave(config)),
             "total": Out(data.ArrayLayout(config.data_bits, len(labels))),
             "least_i": In(least), "least_o": Out(least),
         })
+
+    @staticmethod
+    def cost_latency(config: MatcherConfig):
+        """Cycles from a wave to the costs of the pixel that it completes."""
+        return FusedCell.LATENCY + (VerticalSupport.LATENCY if config.vertical else 0)
 
     def elaborate(self, platform):
         m = Module()
@@ -178,9 +189,7 @@ class FusedGroup(wiring.Component):
             valid.append(Signal(name=f"valid{stage}"))
             m.d.sync += valid[stage].eq(valid[stage - 1])
 
-        # Costs, and the right view's way past them.
-        completion = self.sums_i.completion
-        costs, right = [], self.right_i
+        costs = []
         for label, seen, inside in seen_along(m, self.labels, self.i, self.o):
             m.submodules[f"label_{label}"] = cell = FusedCell(config)
             m.d.comb += [
@@ -189,8 +198,16 @@ class FusedGroup(wiring.Component):
                 cell.valid1.eq(valid[1]), cell.valid4.eq(valid[4]), cell.valid6.eq(valid[6]),
             ]
             costs.append(cell.cost)
+        if config.vertical:
+            m.submodules.vertical = vertical = VerticalSupport(config, self.labels)
+            m.d.comb += [vertical.i.eq(self.vertical_i), self.vertical_o.eq(vertical.o), vertical.cost.eq(Cat(costs))]
+            costs = list(vertical.joined)
+
+        # The right view's way past them.
+        completion, right = self.sums_i.completion, self.right_i
+        for label, cost in zip(self.labels, costs):
             m.submodules[f"right_{label}"] = right_cell = RightCell(config, label)
-            m.d.comb += [right_cell.completion.eq(completion), right_cell.cost.eq(cell.cost), right_cell.i.eq(right)]
+            m.d.comb += [right_cell.completion.eq(completion), right_cell.cost.eq(cost), right_cell.i.eq(right)]
             right = right_cell.o
         # The group above takes, a cycle later, what the top label had before this wave.
         m.d.sync += self.right_o.eq(right)
@@ -222,8 +239,8 @@ class FusedGroup(wiring.Component):
 class FusedArray(wiring.Component):
     """Support sums of the fused cost, laid out along the labels, and the labels of the right picture beside them.
 
-    Golden: :func:`golden.support.support_sums`, :func:`golden.refine.right_view`. The sums of a group of labels go to a line memory of the
-    group, which the labelling reads at its own pace.
+    Golden: :func:`golden.support.support_sums`, :func:`golden.refine.right_view`, on joined costs with vertical support. The sums of a
+    group of labels go to a line memory of the group, which the labelling reads at its own pace.
 
     Timing: ``queued`` :meth:`latency_of` cycles after the wave that completed the pixel ``lag_of`` pixels further right. ``address``,
     ``cost``: as of :class:`hdl.bec_array.BecArray`; ``n`` of the next pixel a cycle after ``take``. ``right`` in the order of pixels.
@@ -233,6 +250,8 @@ class FusedArray(wiring.Component):
     Members
     -------
     wave : In(BecWave(config)), completion : In(Completion())
+    vertical : In(VerticalWave(config))
+        With vertical support only.
     pixel : In(Pixel()), pixel_valid : In(1)
         The pixel to be labelled that the wave's pixel is below of.
     queued : Out(Queued(config)), queued_valid : Out(1)
@@ -248,6 +267,7 @@ class FusedArray(wiring.Component):
         super().__init__({
             "wave": In(BecWave(config)),
             "completion": In(Completion()),
+            **({"vertical": In(VerticalWave(config))} if config.vertical else {}),
             "pixel": In(Pixel()),
             "pixel_valid": In(1),
             "queued": Out(Queued(config)),
@@ -268,12 +288,12 @@ class FusedArray(wiring.Component):
     @staticmethod
     def latency_of(config: MatcherConfig):
         """Cycles from the wave that completed a support to the local disparity of its pixel."""
-        return FusedCell.LATENCY + 1 + FusedGroup.TOTAL + TREE + len(groups_of(config))
+        return FusedGroup.cost_latency(config) + 1 + FusedGroup.TOTAL + TREE + len(groups_of(config))
 
     def elaborate(self, platform):
         m = Module()
         config = self.config
-        m.submodules.support = support = SupportSource(config, FusedCell.LATENCY)
+        m.submodules.support = support = SupportSource(config, FusedGroup.cost_latency(config))
         m.d.comb += [
             support.completion.eq(self.completion), support.pixel.eq(self.pixel), support.pixel_valid.eq(self.pixel_valid),
         ]
@@ -285,6 +305,11 @@ class FusedArray(wiring.Component):
             store_delay.i.eq(slot.real), memory.write.eq(store_delay.o), memory.address.eq(self.address), self.cost.eq(memory.o),
         ]
 
+        vertical = None
+        if config.vertical:
+            m.submodules.vertical = later = Delay(VerticalWave(config), FusedCell.LATENCY, clean=True)
+            m.d.comb += later.i.eq(self.vertical)
+            vertical = later.o
         wave, sums, ends, right, least = self.wave, support.sums, support.ends, None, None
         for labels in groups_of(config):
             m.submodules[f"group_{labels[0]}"] = group = FusedGroup(config, labels)
@@ -292,6 +317,9 @@ class FusedArray(wiring.Component):
                 group.i.eq(wave), group.sums_i.eq(sums), group.ends_i.eq(ends),
                 *(memory.words[label].eq(group.total[n]) for n, label in enumerate(labels)),
             ]
+            if vertical is not None:
+                m.d.comb += group.vertical_i.eq(vertical)
+                vertical = group.vertical_o
             if least is not None:
                 m.d.comb += [group.least_i.eq(least), group.right_i.eq(right)]
             wave, sums, ends, right, least = group.o, group.sums_o, group.ends_o, group.right_o, group.least_o

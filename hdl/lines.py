@@ -43,8 +43,8 @@ class LineStore(wiring.Component):
     the rest of it, up to the next ``first``, is dropped: a line that is too short or too long, ``first`` before ``end``, pixels before
     ``first``, ``end`` without ``last``. A first line longer than ``max_width`` (or cut by ``first``) gives nothing at all.
 
-    With ``line_below`` a line more follows the last one, marked ``below``: only its minus pixels mean anything. The streaming engine
-    walks along it for the last line's disparities; ``end`` is then the end of that line.
+    With ``lines_below`` that many lines more follow the last one, marked ``below``: only those of their pixels that lie above the picture's
+    end mean anything. The streaming engine walks along them for the last line's disparities; ``end`` is then the end of the last of them.
 
     Timing: at most one column a cycle; at a line's start one cycle more. ``o`` leaves a register. What the memories give passes through
     one too, because a memory block is slow to give its word.
@@ -57,7 +57,8 @@ class LineStore(wiring.Component):
     config : :class:`MatcherConfig`
     rows : int
         Lines of a column: 3, 5 or 7.
-    line_below : bool
+    lines_below : int
+        At most ``rows // 2``: further down nothing of the picture is left in a column.
 
     Members
     -------
@@ -67,12 +68,14 @@ class LineStore(wiring.Component):
     """
     PLUS_DEPTH = 32
 
-    def __init__(self, config: MatcherConfig, *, rows=3, line_below=False):
+    def __init__(self, config: MatcherConfig, *, rows=3, lines_below=0):
         if rows not in range(3, 8, 2):
             raise ValueError(f"a line store gives columns of 3, 5 or 7 lines, not {rows!r}")
+        if lines_below not in range(rows // 2 + 1):
+            raise ValueError(f"below the picture, columns of {rows} lines hold pixels for 0 to {rows // 2} lines, not {lines_below!r}")
         self.config = config
         self.rows = rows
-        self.line_below = line_below
+        self.lines_below = lines_below
         super().__init__({
             "i": In(stream.Signature(PixelPair())),
             "o": Out(stream.Signature(ColumnWord(rows))),
@@ -112,6 +115,7 @@ class LineStore(wiring.Component):
         early    = Signal()                  # a line leaves after the last one has come, and others will
         flush    = Signal()
         below    = Signal()
+        closes_frame = Signal()              # the line is the last to leave
 
         # The column that comes out of the memories.
         held       = Signal()
@@ -120,6 +124,7 @@ class LineStore(wiring.Component):
         held_plus  = Signal(pair, reset_less=True)
         held_flush = Signal(reset_less=True)
         held_below = Signal(reset_less=True)
+        held_end   = Signal(reset_less=True)
         held_top   = Signal(reset_less=True)
         held_last  = Signal(reset_less=True)
         leave      = Signal()
@@ -135,7 +140,7 @@ class LineStore(wiring.Component):
         with m.If(issue):
             m.d.sync += [
                 held.eq(1), held_shown.eq(~reduce(or_, row[:-1]) | flush), held_x.eq(x), held_plus.eq(plus), held_flush.eq(flush),
-                held_below.eq(below), held_top.eq(row[-1]), held_last.eq(x == width),
+                held_below.eq(below), held_end.eq(closes_frame), held_top.eq(row[-1]), held_last.eq(x == width),
             ]
         with m.Elif(leave):
             m.d.sync += held.eq(0)
@@ -157,7 +162,7 @@ class LineStore(wiring.Component):
             given.valid.eq(held & held_shown),
             given.p.first.eq(held_top & (held_x == 0)),
             given.p.last.eq(held_last),
-            given.p.end.eq(held_last & (held_below if self.line_below else held_flush)),
+            given.p.end.eq(held_last & held_end),
             given.p.below.eq(held_below),
         ]
         for column, side in ((given.p.left, "left"), (given.p.right, "right")):
@@ -225,18 +230,17 @@ class LineStore(wiring.Component):
                         m.d.sync += [x.eq(0), *next_row]
                         m.next = last_lines[0]
 
-            # A state for each line that leaves after the last one has come, and one for the line below.
-            below_line = ["line below"] if self.line_below else []
-            for state, following in pairwise([*last_lines, *below_line, "between frames"]):
+            # A state for each line that leaves after the last one has come, and one for each line below.
+            lines_below = [f"line below {n}" for n in range(self.lines_below)]
+            for state, following in pairwise([*last_lines, *lines_below, "between frames"]):
                 with m.State(state):
                     m.d.comb += early.eq(1) if state in last_lines[:-1] else flush.eq(1)
-                    if state in below_line:
-                        m.d.comb += below.eq(1)
+                    m.d.comb += [below.eq(state in lines_below), closes_frame.eq(following == "between frames")]
                     with m.If(can_issue):
                         m.d.comb += issue.eq(1)
                         m.d.sync += x.eq(x + 1)
                         with m.If(x == width):
-                            m.d.sync += [x.eq(0), *([] if state in below_line else next_row)]
+                            m.d.sync += [x.eq(0), *([] if state in lines_below else next_row)]
                             m.next = following
         return m
 

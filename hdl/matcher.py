@@ -61,7 +61,7 @@ class Matcher(wiring.Component):
         self.census_stage = CensusStage(config) if self.fused else None
         self.fill_stage = Fill(config) if self.fused else None
         self.median_stage = Median(config) if self.fused else None
-        self.line_store = LineStore(config, line_below=self.streaming, rows=self.census_stage.rows if self.census_stage else 3)
+        self.line_store = LineStore(config, lines_below=self.lines_below, rows=self.census_stage.rows if self.census_stage else 3)
         self.bec = None if self.streaming else Bec(config)
         self.engine = StreamingEngine(config) if self.streaming else SequentialEngine(config)
         super().__init__({
@@ -73,6 +73,11 @@ class Matcher(wiring.Component):
         })
 
     @property
+    def lines_below(self):
+        """Lines that follow a picture so that its last one is labelled; one more if the costs below a pixel count."""
+        return (2 if self.config.vertical else 1) if self.streaming else 0
+
+    @property
     def clocks_per_pixel(self):
         """Cycles a pixel inside a line."""
         return self.engine.clocks_per_pixel
@@ -80,7 +85,7 @@ class Matcher(wiring.Component):
     @property
     def latency_lines(self):
         """Lines from a pixel to its disparity: the window's below it, the one whose local disparities it needs, the refinement's."""
-        return self.line_store.rows // 2 + 1 + (self.fill_stage.LINES + self.median_stage.LINES if self.fused else 0)
+        return self.line_store.rows // 2 + max(self.lines_below, 1) + (self.fill_stage.LINES + self.median_stage.LINES if self.fused else 0)
 
     @property
     def line_clocks(self):
@@ -94,11 +99,11 @@ class Matcher(wiring.Component):
         arrive before the first can be labelled take their time too.
         """
         if self.streaming:
-            # One line more than the picture has comes below it, and as many lines as the window has below a pixel; those with a line above
-            # them wait for its disparities.
+            # One line more than the picture has comes below it, two with vertical support, and as many lines as the window has below a
+            # pixel; those with a line above them wait for its disparities.
             flush = self.engine.source.flush_waves
             line = width + self.line_clocks + (flush if width < self.config.disparities else 0)
-            return (self.line_store.rows // 2 + 2) * line + flush + (height - 1) * max(line, self.engine.round_trip + 4)
+            return (self.line_store.rows // 2 + 1 + self.lines_below) * line + flush + (height - 1) * max(line, self.engine.round_trip + 4)
         # The first line fills the Edata memory at BEC's pace, or as the look-up tables are filled; then a line is labelled as the one
         # below it arrives.
         first = max(width * self.bec.clocks_per_pixel, self.engine.fill_clocks + 1)

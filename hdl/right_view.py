@@ -22,12 +22,12 @@ class RightWave(data.StructLayout):
     """
     def __init__(self, config: MatcherConfig):
         super().__init__({
-            "least": Least(range(config.fused.cost_max + 1), config.disparities), "closed": 1, "real": 1,
+            "least": Least(range(config.fused.joined_max + 1), config.disparities), "closed": 1, "real": 1,
         })
 
 
 class RightCell(wiring.Component):
-    """One label of the right view, ``r(x_r) = argmin_d C(x_r + d, y, d)``; golden: :func:`golden.refine.right_view`.
+    """One label of the right view, ``r(x_r) = argmin_d V(x_r + d, y, d)``; golden: :func:`golden.refine.right_view`.
 
     A pixel of the right picture moves on by a label as a pixel of the left one is completed, and so meets its candidates in turn.
 
@@ -36,8 +36,8 @@ class RightCell(wiring.Component):
     Members
     -------
     completion : In(Completion())
-    cost : In(range(cost_max + 1))
-        ``C``, in the cycle of ``completion``.
+    cost : In(range(joined_max + 1))
+        ``V``, in the cycle of ``completion``.
     i : In(RightWave(config)), o : Out(RightWave(config))
         ``i`` of the label below, as it was before the ``complete``; label 0 has none, a pixel starts there.
     """
@@ -46,7 +46,7 @@ class RightCell(wiring.Component):
         self.label = label
         wave = RightWave(config)
         super().__init__({
-            "completion": In(Completion()), "cost": In(range(config.fused.cost_max + 1)),
+            "completion": In(Completion()), "cost": In(range(config.fused.joined_max + 1)),
             "i": In(wave), "o": Out(wave),
         })
 

@@ -37,16 +37,20 @@ class Column(data.StructLayout):
 
 
 class ColumnWord(data.StructLayout):
-    """The columns of both pictures at one ``x``; ``below``: the line below the picture, whose ``minus`` alone is a pixel of it."""
+    """The columns of both pictures at one ``x``; ``below``: a line below the picture, of which only what is above it is of the picture."""
     def __init__(self, rows=3):
         super().__init__({"left": Column(rows), "right": Column(rows), "below": 1, **FLAGS})
 
 
 class CensusWord(data.StructLayout):
-    """A column of three lines, as :class:`ColumnWord`, and the census of both pictures at its middle pixel (not of the line below)."""
+    """A column of three lines, as :class:`ColumnWord`, and the census of both pictures at its middle pixel (not of a line below).
+
+    ``above``, with vertical support only: the left pixel two lines above.
+    """
     def __init__(self, config: MatcherConfig):
         bits = config.fused.neighbours
-        super().__init__({"left": Column(), "right": Column(), "left_census": bits, "right_census": bits, "below": 1, **FLAGS})
+        above = {"above": PIXEL_BITS} if config.vertical else {}
+        super().__init__({"left": Column(), "right": Column(), **above, "left_census": bits, "right_census": bits, "below": 1, **FLAGS})
 
 
 class BecWord(data.StructLayout):

@@ -46,7 +46,7 @@ class StreamingEngine(wiring.Component):
         With the line below, see :class:`hdl.lines.LineStore`.
     o : Out(stream.Signature(DisparityWord(config))), or of LabelWord(config) with the cost ``FUSED``
     u1, u2, u3 : In(WEIGHT_BITS)
-        Weights; sampled with the first pixel of a frame that is admitted.
+        Weights; sampled a cycle after the first pixel of a frame was admitted.
     in_use : In(IN_USE_BITS)
         Labels in use; sampled as the first column of a frame comes.
     minimum : In(MINIMUM_BITS)
@@ -72,6 +72,7 @@ class StreamingEngine(wiring.Component):
         lag = self.admission_latency + top[0] - len(below) + 1
         self.costs = costs(config, config.max_width + self.queue_depth + lag)
         self.check_latency = LeftRightCheck.LATENCY if self.fused else 0
+        self.register_latency = StreamRegister.LATENCY if self.fused else 0  # behind the output FIFO
         self.output_depth = self.admission_latency + self.array.latency + self.check_latency + 9
         more = {"minimum": In(MINIMUM_BITS), "check": In(1)} if self.fused else {}
         super().__init__({
@@ -98,7 +99,8 @@ class StreamingEngine(wiring.Component):
     def latency(self):
         """Cycles from the wave that completes the pixel below, and all that its costs take, to a disparity at ``o``, if nothing waits."""
         costs = self.costs.latency_of(self.config) + self.costs.lag_of(self.config)
-        return 1 + costs + 2 + StreamRegister.LATENCY + self.admission_latency + self.array.latency + self.check_latency + 3
+        labelling = self.admission_latency + self.array.latency + self.check_latency
+        return 1 + costs + 2 + StreamRegister.LATENCY + labelling + 3 + self.register_latency
 
     def elaborate(self, platform):
         m = Module()
@@ -114,6 +116,8 @@ class StreamingEngine(wiring.Component):
         ]
         if self.fused:
             m.d.comb += [source.minimum.eq(self.minimum), costs.completion.eq(source.completion)]
+            if config.vertical:
+                m.d.comb += costs.vertical.eq(source.vertical)
         else:
             m.d.comb += costs.store.eq(source.store)
 
@@ -178,13 +182,15 @@ class StreamingEngine(wiring.Component):
         sampled  = Signal(cones.weights.shape(), reset_less=True)
         with m.If(admit):
             m.d.sync += [admitted.eq(head), has_left.eq(x != 0), left.eq(admitted.pixel.pixel)]
-            with m.If(head.pixel.first):
-                m.d.sync += sampled.eq(Cat(self.u1, self.u2, self.u3))
+        # Weights a cycle later, so that no path leads from the decision to their registers.
+        begins   = Signal()
+        of_frame = Mux(begins, Cat(self.u1, self.u2, self.u3), sampled)
+        m.d.sync += begins.eq(admit & head.pixel.first)
         pixel = admitted.pixel
         neighbours = Signal(Neighbours(config), reset_less=True)
         weights    = Signal.like(sampled, reset_less=True)
         m.d.sync += [
-            neighbours.pixel.eq(pixel.pixel), weights.eq(sampled),
+            neighbours.pixel.eq(pixel.pixel), sampled.eq(of_frame), weights.eq(of_frame),
             neighbours.left.eq(left), neighbours.upper.eq(upper_read.data), neighbours.lower.eq(pixel.lower),
             neighbours.has_left.eq(has_left), neighbours.has_upper.eq(pixel.has_upper), neighbours.has_lower.eq(pixel.has_lower),
             neighbours.upper_label.eq(result_read.data), neighbours.lower_label.eq(admitted.local),
@@ -241,15 +247,21 @@ class StreamingEngine(wiring.Component):
         word_valid = done
         if self.fused:
             word_valid = self._check(m, word, disparity, done, done_turn)
-            m.submodules.size = size = Delay(word.size.shape(), turn_delay.clocks + self.check_latency)
-            m.d.comb += [size.i.eq(_bit_length(costs.n)), word.size.eq(size.o)]
+            # From the register behind the memory of sizes: two cycles after the admission.
+            m.submodules.size = size = Delay(word.size.shape(), turn_delay.clocks - 1 + self.check_latency)
+            m.d.comb += [size.i.eq(_bit_length(neighbours.n)), word.size.eq(size.o)]
         else:
             m.d.comb += [word.disparity.eq(disparity), *copy_flags(word, done_turn)]
         m.submodules.output = output = SyncFIFOBuffered(width=word.shape().size, depth=self.output_depth)
+        given = self.o
+        if self.fused:  # the fill decides by what comes
+            m.submodules.output_register = register = StreamRegister(word.shape())
+            wiring.connect(m, register.o, wiring.flipped(self.o))
+            given = register.i
         m.d.comb += [
             output.w_data.eq(word), output.w_en.eq(word_valid),
-            self.o.payload.eq(output.r_data), self.o.valid.eq(output.r_rdy), output.r_en.eq(self.o.ready),
-            taken.eq(self.o.valid & self.o.ready),
+            given.payload.eq(output.r_data), given.valid.eq(output.r_rdy), output.r_en.eq(given.ready),
+            taken.eq(given.valid & given.ready),
         ]
         return m
 

@@ -10,7 +10,7 @@ from .delay import data_register
 from .stream import FLAGS, CensusWord, Column, ColumnWord
 
 
-__all__ = ["BecWave", "Completion", "Pixel", "WaveSource"]
+__all__ = ["BecWave", "Completion", "Pixel", "VerticalWave", "WaveSource"]
 
 
 class BecWave(data.StructLayout):
@@ -43,6 +43,16 @@ class Completion(data.StructLayout):
         super().__init__({"clear": 1, "complete": 1, "fresh": 1, "real": 1})
 
 
+class VerticalWave(data.StructLayout):
+    """What vertical support must know of a wave, as the costs of the pixel come that it completes in BEC's line.
+
+    ``column`` of the line, and ``write``: there is such a pixel, its costs are kept. ``above`` and ``below``: the neighbour of the pixel
+    above it is alike, see :func:`golden.vertical.alike`.
+    """
+    def __init__(self, config: MatcherConfig):
+        super().__init__({"column": range(config.max_width), "write": 1, "above": 1, "below": 1})
+
+
 class WaveSource(wiring.Component):
     """Turns lines of columns into waves for the array of costs: one before each line, its columns, one past it; edges repeat.
 
@@ -52,6 +62,9 @@ class WaveSource(wiring.Component):
     With the cost ``FUSED`` a support needs pixels to the right of its own, and a label of the right picture ``D`` of them. The next
     line's pixels will do, for none of them counts; where no line follows, or it would be too short for the right picture's labels to be
     ready in time, :attr:`flush_waves` waves without a pixel follow instead.
+
+    With vertical support the array's costs are joined a line later: what a wave completes is the pixel above its own, what it lets label
+    the one above that.
 
     Timing: ``W + 2`` waves a line, one a cycle while ``go`` and columns come.
 
@@ -68,11 +81,16 @@ class WaveSource(wiring.Component):
     pixel : Out(Pixel()), pixel_valid : Out(1)
     completion : Out(Completion())
         Cost ``FUSED`` only.
+    vertical : Out(VerticalWave(config))
+        With vertical support only.
     """
     def __init__(self, config: MatcherConfig):
         self.config = config
         self.fused = config.cost is Cost.FUSED
+        self.vertical_support = config.vertical
         more = {"minimum": In(MINIMUM_BITS), "completion": Out(Completion())} if self.fused else {}
+        if self.vertical_support:
+            more["vertical"] = Out(VerticalWave(config))
         super().__init__({
             "i": In(stream.Signature(CensusWord(config) if self.fused else ColumnWord())),
             "go": In(1),
@@ -92,8 +110,10 @@ class WaveSource(wiring.Component):
     def elaborate(self, platform):
         m = Module()
         before    = Signal.like(self.i.p, reset_less=True)  # the column whose pixel the next wave completes
-        line_zero = Signal()                                # BEC's line: 0 has none above it to label,
-        line_one  = Signal()                                # what 1 lets label has no upper neighbour
+        # BEC's line, of the first ones: the last of these lets pixels be labelled that have no upper neighbour, those before it let none.
+        line = [Signal(name=f"line_{n}") for n in range(3 if self.vertical_support else 2)]
+        # What a wave completes is below the picture.
+        beneath = Signal() if self.vertical_support else before.below
         issue = Signal()
         pre   = Signal()
         past  = Signal()
@@ -107,7 +127,9 @@ class WaveSource(wiring.Component):
             with m.State("before"):
                 m.d.comb += [pre.eq(1), issue.eq(self.i.valid & self.go)]
                 with m.If(issue):
-                    m.d.sync += [line_zero.eq(self.i.p.first), line_one.eq(line_zero)]
+                    m.d.sync += [at.eq(above) for at, above in zip(line, [self.i.p.first, *line])]
+                    if self.vertical_support:
+                        m.d.sync += beneath.eq(before.below & ~self.i.p.first)
                     with m.If(self.i.p.first):
                         labels = self.config.disparities
                         m.d.sync += in_use.eq(Mux(self.in_use > labels, labels, self.in_use))
@@ -148,20 +170,26 @@ class WaveSource(wiring.Component):
             waves += [("inside", ~pre)]
         m.d.sync += [data_register(m, self.wave[field], f"wave_{field}").eq(value) for field, value in waves]
         pixel = data_register(m, self.pixel)
-        store = emit & ~before.below
+        store = emit & ~beneath
+        own, upper = before.left.line, before.left.minus
+        if self.vertical_support:
+            store &= ~line[0]
+            own, upper = before.left.minus, before.above
+            self._vertical(m, issue, emit, before, ~line[0] & ~line[1])
+        labels = emit & ~Cat(line[:-1]).any()
         m.d.sync += [
             self.wave.valid.eq(issue),
             self.store.eq(issue & store),
-            self.pixel_valid.eq(issue & emit & ~line_zero),
+            self.pixel_valid.eq(issue & labels),
         ]
         if self.fused:
-            # The arms need the grey level of every pixel of the array's line.
-            m.d.sync += pixel.lower.eq(before.left.line)
-        with m.If(issue & emit & ~line_zero):
+            # The arms need the grey level of every pixel that is completed.
+            m.d.sync += pixel.lower.eq(own)
+        with m.If(issue & labels):
             m.d.sync += [
                 first.eq(before.end),
-                pixel.pixel.eq(before.left.minus), pixel.lower.eq(before.left.line),
-                pixel.has_upper.eq(~line_one), pixel.has_lower.eq(~before.below),
+                pixel.pixel.eq(upper), pixel.lower.eq(own),
+                pixel.has_upper.eq(~line[-1]), pixel.has_lower.eq(~beneath),
                 pixel.first.eq(first), pixel.last.eq(before.last), pixel.end.eq(before.end),
             ]
         if self.fused:
@@ -170,6 +198,22 @@ class WaveSource(wiring.Component):
                 m.d.sync += begins.eq(~emit)
             m.d.sync += self.completion.eq(Cat(issue & pre & ~flush, issue & (emit | flush), flush | begins, store))
         return m
+
+    def _vertical(self, m, issue, emit, before, has_above):
+        """Tells which neighbours of the pixel above the array's line are like it."""
+        threshold = self.config.fused.vertical_threshold
+        column = Signal(range(self.config.max_width))
+        with m.If(issue):
+            m.d.sync += column.eq(Mux(emit, column + 1, 0))
+
+        def alike(other):
+            difference = other - before.left.minus
+            return (difference >= -threshold) & (difference <= threshold)
+
+        m.d.sync += [
+            self.vertical.column.eq(column), self.vertical.write.eq(issue & emit),
+            self.vertical.above.eq(alike(before.above) & has_above), self.vertical.below.eq(alike(before.left.line) & ~before.below),
+        ]
 
     def _flush(self, m, issue, before):
         """Counts waves that only move on what waits, and columns up to the least disparity and up to ``D``."""

@@ -57,19 +57,28 @@ def column_words(left, right, rows=3):
 def census_words(left, right, config):
     """Payloads of :class:`hdl.stream.CensusWord`."""
     left_census, right_census = (census(picture, config.fused).tolist() for picture in (left, right))
-    return [{**word, "left_census": left_census[y][x], "right_census": right_census[y][x]}
+    above = {"above": line_store(left, 5)[..., 0].tolist()} if config.vertical else {}
+    return [{**word, "left_census": left_census[y][x], "right_census": right_census[y][x],
+             **{name: picture[y][x] for name, picture in above.items()}}
             for (y, x, _), word in zip(_places(np.shape(left)), column_words(left, right))]
 
 
 def engine_words(left, right, config):
-    """Payloads of the streaming engine's input, cost ``FUSED``: :class:`hdl.stream.CensusWord`, the line below behind the last one."""
+    """Payloads of the streaming engine's input, cost ``FUSED``: :class:`hdl.stream.CensusWord`, the lines below behind the last one."""
     right = delayed(right, config.minimum)
-    width = np.shape(left)[1]
+    height, width = np.shape(left)
     words = [{**word, "end": 0} for word in census_words(left, right, config)]
-    nothing = {"line": 0, "plus": 0}
-    return words + [{"left": {"minus": int(left[-1][x]), **nothing}, "right": {"minus": int(right[-1][x]), **nothing},
-                     "left_census": 0, "right_census": 0, "below": 1, "first": 0, "last": int(x == width - 1), "end": int(x == width - 1)}
-                    for x in range(width)]
+    lines = 2 if config.vertical else 1
+    for below in range(lines):
+        for x in range(width):
+            last = int(x == width - 1)
+            word = {"left_census": 0, "right_census": 0, "below": 1, "first": 0, "last": last, "end": last & (below == lines - 1)}
+            word |= {side: {"minus": 0 if below else int(picture[-1][x]), "line": 0, "plus": 0}
+                     for side, picture in (("left", left), ("right", right))}
+            if config.vertical:
+                word["above"] = int(left[-1 if below else max(height - 2, 0)][x])
+            words.append(word)
+    return words
 
 
 def checked_words(left, right, config):

@@ -19,7 +19,7 @@ from rich.table import Table
 from golden.bandwidth import MemoryTiming
 from golden.bt656 import clip, encode
 from golden.cli import Parser
-from golden.config import Arithmetic, Engine, MatcherConfig
+from golden.config import Arithmetic, Cost, Engine, MatcherConfig, Refinement
 from golden.dataset import motorcycle
 from golden.display import DisplayMode, monitor_picture
 from golden.errors import UserError, run_cli
@@ -67,28 +67,35 @@ class Size:
                             setup_hz=SETUP_HZ)
 
 
-def _matcher(disparities: int, width: int) -> MatcherConfig:
-    return MatcherConfig(disparities=disparities, max_width=width, arithmetic=Arithmetic.LINEAR, engine=Engine.STREAMING)
+def _matcher(disparities: int, width: int, cost: Cost = Cost.THESIS) -> MatcherConfig:
+    fused = cost is Cost.FUSED  # with whatever it has that the monitor sees
+    return MatcherConfig(disparities=disparities, max_width=width, arithmetic=Arithmetic.LINEAR, engine=Engine.STREAMING, cost=cost,
+                         minimum=2 if fused else 0, refinement=Refinement(sub_pixel=fused))
+
+
+def _small(cost: Cost) -> Size:
+    return Size(
+        _matcher(8, 32, cost),
+        CameraFormat(32, 12, blanking=8, before_top=2, after_top=1, before_bottom=2, after_bottom=1),
+        DisplayFormat(40, range(44, 50), 80, 28, range(30, 32), 36, 65_000_000),
+        MemoryTiming(row_clocks=2, turn_clocks=2))
 
 
 #: By name. A monitor's frame takes half as long as a camera's or less, as the frame store wants it.
 SIZES = {
-    "small": Size(
-        _matcher(8, 32),
-        CameraFormat(32, 12, blanking=8, before_top=2, after_top=1, before_bottom=2, after_bottom=1),
-        DisplayFormat(40, range(44, 50), 80, 28, range(30, 32), 36, 65_000_000),
-        MemoryTiming(row_clocks=2, turn_clocks=2)),
+    "small": _small(Cost.THESIS),
+    "small fused": _small(Cost.FUSED),
     "full": Size(_matcher(80, PAL.width), PAL, DISPLAYS["720x576"], MemoryTiming()),
 }
 
 
-def run_small(folder: Path, test: str, **env: str | int) -> StereoSystem:
-    """Run a test of ``system_tb.py`` by its name on the small system, which is returned."""
-    system = SIZES["small"].system()
+def run_small(folder: Path, test: str, *, size: str = "small", **env: str | int) -> StereoSystem:
+    """Run a test of ``system_tb.py`` by its name on a small system, which is returned."""
+    system = SIZES[size].system()
     source = write_verilog(system, folder / "small.v", name=TOP)
     build("verilator", [source], TOP, folder / "small")
     ran = run("verilator", TOP, folder / "small", "sim.system_tb",
-              env={"SYSTEM_SIZE": "small", "COCOTB_TEST_FILTER": rf"\b{test}$", **env})
+              env={"SYSTEM_SIZE": size, "COCOTB_TEST_FILTER": rf"\b{test}$", **env})
     assert ran == 1
     return system
 

@@ -11,8 +11,9 @@ from cocotb.clock import Clock
 from cocotb.triggers import RisingEdge, Timer
 
 from golden.bt656 import BLANK_CHROMA, BLANK_LUMA, clip
+from golden.config import Cost
 from golden.display import DisplayMode, monitor_picture
-from golden.labelling import match
+from golden.matcher import disparities
 from golden.protocol import BAUD, FRAME_BYTES, FRAME_SECONDS, Operation, Request, Status, encode_request, first_reply
 from golden.registers import register_map
 from golden.scenes import scene
@@ -100,7 +101,8 @@ class Rig:
             decoder.lock = Tvp5154.LOCKED
         self.registers = register_map(self.config, self.camera.height)
         self.host = UartHost(UART_CYCLES)
-        self.settings = {"mode": DisplayMode.DISPARITY, "colour": False, "u": self.config.weights, "labels": self.config.labels_in_use}
+        self.settings = {"mode": DisplayMode.DISPARITY, "colour": False, "u": self.config.weights, "labels": self.config.labels_in_use,
+                         "minimum": self.config.minimum}
         self.states = [(self.pair, self.settings)]      # what was in front of the cameras, and set, since the last check
         self.cut = 0                                    # pictures that broke off
 
@@ -177,10 +179,16 @@ class Rig:
 
     def golden(self, pair, settings):
         """What the monitor must show of a pair."""
-        config = dataclasses.replace(self.config, **dict(zip(("u1", "u2", "u3"), settings["u"])), in_use=settings["labels"])
+        weights = dict(zip(("u1", "u2", "u3"), settings["u"]))
+        config = dataclasses.replace(self.config, in_use=settings["labels"], minimum=settings["minimum"])
+        if config.cost is Cost.FUSED:
+            config = dataclasses.replace(config, fused=dataclasses.replace(config.fused, **weights))
+        else:
+            config = dataclasses.replace(config, **weights)
         left, right = pair
-        return monitor_picture(match(left, right, config), left, self.display, settings["mode"], settings["colour"],
-                               self.config.disparities)
+        # Labels: disparities without their fraction, from the least one on.
+        labels = np.floor(disparities(left, right, config)).astype(int) - config.minimum
+        return monitor_picture(labels, left, self.display, settings["mode"], settings["colour"], self.config.disparities)
 
     def change(self, *, scene=True, **settings):
         """Put another pair in front of the cameras, from their next frames on, and note what is set."""

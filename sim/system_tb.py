@@ -9,6 +9,7 @@ import cocotb
 import numpy as np
 from cocotb.triggers import ClockCycles
 
+from golden.config import Cost
 from golden.display import DisplayMode
 from golden.registers import IDENTITY
 from sim.models.ddr2 import Ddr2Timing
@@ -41,10 +42,11 @@ async def pictures(dut):
     rig = await start(dut)
     assert await rig.read("identity") == IDENTITY
     assert await rig.read("labels") == rig.config.disparities
+    fused = [("minimum", 0, {"minimum": 0}), ("minimum", 5, {"minimum": 5})] if rig.config.cost is Cost.FUSED else []
     for name, value, setting in (
-            ("show", 1, {"mode": DisplayMode.LEFT}), ("show", 2, {"mode": DisplayMode.BOTH}), ("colour", 1, {"colour": True}),
+            *fused, ("show", 1, {"mode": DisplayMode.LEFT}), ("show", 2, {"mode": DisplayMode.BOTH}), ("colour", 1, {"colour": True}),
             ("show", 0, {"mode": DisplayMode.DISPARITY}), ("u3", 60, {"u": (*rig.config.weights[:2], 60)}), ("labels", 5, {"labels": 5})):
-        rig.change(scene=name in ("show", "u3"), **setting)
+        rig.change(scene=name in ("show", "u3", "minimum"), **setting)
         await rig.write(name, value)
         await rig.shows()
     assert rig.cut == 0

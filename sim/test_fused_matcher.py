@@ -1,10 +1,13 @@
 """The whole matcher with the cost fused: emitted Verilog on text pictures, equal to the golden model in every pixel."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 
 from golden import fused
 from golden.config import Arithmetic, Cost, Engine, FusedParameters, MatcherConfig, Refinement
+from golden.parameters import NAMED
 from golden.scenes import discriminates
 from sim.matcher_bench import MatcherBench, names, pictures
 
@@ -12,6 +15,7 @@ from .test_matcher import middlebury
 
 
 ALL = Refinement()
+FUSED_2 = dataclasses.asdict(NAMED["fused-2"])
 
 
 def config(disparities, max_width, *, refinement=ALL, minimum=0, **parameters):
@@ -34,10 +38,13 @@ CASES = [
     (config(60, 180, refinement=Refinement(fill=False)), [(180, 11), (59, 2)], {"fill": 1, "in_use": 1}),
     (config(80, 192, refinement=Refinement(median=False)), [(192, 12), (5, 3), (161, 4)], {"median": 1}),
     (config(128, 300), [(300, 7), (5, 3), (257, 2)], {"minimum": 40}),
+    (config(26, 99, **FUSED_2), [(99, 8), (1, 1), (5, 3), (60, 1)], {"minimum": 3}),
+    (config(39, 160, **FUSED_2), [(160, 33), (37, 11)], {"check": 0, "u2": 60, "in_use": 20}),
 ]
 SMALL = [
     (config(2, 1), [(1, 1), (1, 2)], {"median": 0}),
     (config(13, 40), [(37, 11), (1, 1), (40, 2)], {"check": 0}),
+    (config(13, 40, **FUSED_2), [(37, 11), (1, 1), (40, 2)], {"fill": 0}),
 ]
 
 

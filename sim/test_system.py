@@ -33,6 +33,11 @@ def test_pictures(folder):
     run_small(folder, "pictures")
 
 
+def test_pictures_of_the_fused_cost(tmp_path):
+    """With a least disparity and fractions, which the monitor's picture is rid of."""
+    run_small(tmp_path, "pictures", size="small fused")
+
+
 def test_some_faults(folder):
     strike(folder, SOME)
 

@@ -5,7 +5,7 @@ import re
 
 import pytest
 
-from golden.config import FUSED_1, Arithmetic, Cost, Engine, FusedParameters, MatcherConfig
+from golden.config import FUSED_1, FUSED_2, Arithmetic, Cost, Engine, FusedParameters, MatcherConfig
 
 
 @pytest.mark.parametrize("name, good, bad", [
@@ -65,9 +65,13 @@ def test_what_no_matcher_can_be(settings, message):
 
 
 def test_fused_1():
-    # Section by section of the method: cost, census, support, weights in eighths, check and median.
-    assert dataclasses.astuple(FUSED_1) == (156, 4, 47, 4, 30, 5, 7, 10, 16, 17, 30, 22, 3, 1, 5)
+    # Section by section of the method: cost, census, support, weights in eighths, check and median; no vertical support.
+    assert dataclasses.astuple(FUSED_1) == (156, 4, 47, 4, 30, 5, 7, 10, 16, 17, 30, 22, 3, 1, 5, 0, 10)
     assert FusedParameters() == MatcherConfig().fused == FUSED_1
+
+
+def test_fused_2():
+    assert FUSED_2.vertical and FUSED_2.cost_max.bit_length() == 4  # two lines of them fill a memory block's word
 
 
 @pytest.mark.parametrize("name", FusedParameters.LIMITS)

@@ -1,7 +1,9 @@
 import itertools
 import re
 
-from hdl.resources.floorplan import SITES, floor_plan, label_of
+import pytest
+
+from hdl.resources.floorplan import SITES, floor_plan, label_of, selection_plan
 
 
 def names(labels):
@@ -34,7 +36,42 @@ def test_plan():
     assert share[22] > share[46] > share[70] >= 20
 
 
+def test_crowded():
+    """Few places left: all blocks are planned, those of no label first and together, in the rows where the chain begins."""
+    others = [f"block_of_none.x{n}" for n in range(24)]
+    chain = [f"array.wait_{n}.memory" for n in range(184)]
+    plan = floor_plan([*chain, *others])
+    assert len(plan) == len(set(plan.values())) == 208
+    at = {name: tuple(map(int, re.match(r"X(\d+)/Y(\d+)", place).groups())) for name, place in plan.items()}
+    begin = list(SITES)[:1:-1]
+    assert begin == [82, 70]
+    assert {at[name][1] for name in others} == set(begin) and max(at[name][0] for name in others) <= 28
+    rows = [row for row, _ in itertools.groupby(at[name][1] for name in chain)]
+    assert rows == [82, 70, 46, 22]
+    steps = [abs(at[a][0] - at[b][0]) for a, b in itertools.pairwise(chain)]
+    assert max(steps) <= 28 and sum(step > 8 for step in steps) <= 1  # once, past the others
+    # With places to spare they find their own.
+    assert set(floor_plan([*chain[:100], *others])) == set(chain[:100])
+
+
 def test_no_plan():
     assert floor_plan([]) == floor_plan(["engine.queue.storage.0.0"]) == {}
     assert floor_plan(names(120)) == {}  # more than there are
     assert len(floor_plan(["a.wait_3.memory"])) == 1
+
+
+@pytest.mark.parametrize("labels", [2, 64, 80, 256])
+def test_selection(labels):
+    """Every register has a place of its own, where there is logic, and those of a bit are close together."""
+    bits = (labels - 1).bit_length()
+    plan = selection_plan({(label, bit): f"{label}.{bit}" for label in range(labels) for bit in range(bits)})
+    assert len(plan) == len(set(plan.values())) == labels * bits
+    at = {name: tuple(map(int, re.match(r"X(\d+)/Y(\d+)/SLICE[A-D].FF[01]$", place).groups())) for name, place in plan.items()}
+    assert not {y for _, y in at.values()} & {10, 22, 34, 46, 58, 70, 82}
+    for bit in range(bits):
+        xs, ys = zip(*(at[f"{label}.{bit}"] for label in range(labels)))
+        assert max(xs) - min(xs) < 4 and max(ys) - min(ys) <= labels // 32 + 1
+
+
+def test_no_selection():
+    assert selection_plan({}) == {}

@@ -112,7 +112,7 @@ class Chain(wiring.Component):
     """Line store and census as the matcher joins them."""
     def __init__(self, cfg):
         self.census = CensusStage(cfg)
-        self.store = LineStore(cfg, rows=self.census.rows, line_below=True)
+        self.store = LineStore(cfg, rows=self.census.rows, lines_below=1)
         super().__init__({"i": In(stream.Signature(PixelPair())), "o": Out(stream.Signature(CensusWord(cfg)))})
 
     def elaborate(self, platform):

@@ -42,6 +42,8 @@ class Rig(wiring.Component):
         m.submodules.source = source = self.source
         m.submodules.array = array = self.array
         wiring.connect(m, wiring.flipped(self.i), source.i)
+        if self.config.vertical:
+            m.d.comb += array.vertical.eq(source.vertical)
         m.d.comb += [
             source.go.eq(self.go), source.in_use.eq(self.in_use), source.minimum.eq(self.minimum),
             array.wave.eq(source.wave), array.completion.eq(source.completion),
@@ -107,6 +109,9 @@ def run(dut, pictures, configs, stall):
     # Every unit of the matching cost counts, and three costs are just above the limit.
     (3, 20, 3, {"census_rows": 3, "census_columns": 3, "census_weight": 1, "truncation": 15, "cost_factor": 15, "cost_shift": 0}),
     (6, 20, 2, {"census_rows": 1, "census_columns": 1, "truncation": 1000, "cost_factor": 1, "cost_shift": 2}),
+    *((*size, {"vertical": 1, "cost_shift": 6, "truncation": 60, "cost_outside": 12, **fused}) for *size, fused in [
+        (2, 1, 1, {}), (5, 1, 4, {"vertical_threshold": 255}), (13, 30, 4, {"vertical_threshold": 40}), (6, 20, 1, {"reach": 1}),
+        (13, 4, 3, {"census_rows": 1})]),
 ])
 def test_matches_golden(labels, width, height, fused, stall):
     """A scene, then noise with another least disparity, not all labels in use; then a line of noise whose first right pixels count."""

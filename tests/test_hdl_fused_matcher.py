@@ -5,7 +5,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from amaranth import *
 
 from golden.config import Arithmetic, Cost, Engine, FusedParameters, MatcherConfig, Refinement
 from golden.scenes import scene
@@ -16,10 +15,11 @@ from sim.harness import configured
 from sim.streams import run_stream
 
 from .test_hdl_lines import MAX_WIDTH, RAGGED, repaired
-from .test_hdl_matcher import run_script
+from .test_hdl_matcher import after_reset, run_script
 
 
 ALL = Refinement()
+VERTICAL = {"vertical": 1, "vertical_threshold": 30, "truncation": 60, "cost_shift": 6, "cost_outside": 12}
 
 
 def config_of(labels, max_width, *, refinement=ALL, minimum=0, **fused):
@@ -42,6 +42,12 @@ def as_bytes(pair):
     (config_of(13, 60, refinement=Refinement(sub_pixel=True), minimum=3), 60, 5),
     (config_of(13, 64, refinement=Refinement(check=False, median=False)), 40, 1),
     (config_of(26, 70, refinement=Refinement(fill=False)), 70, 4),
+    (config_of(2, 1, **VERTICAL), 1, 1),
+    (config_of(3, 7, census_rows=1, **VERTICAL), 1, 9),
+    (config_of(6, 40, census_columns=9, **VERTICAL), 40, 7),
+    (config_of(13, 27, reach=31, **VERTICAL), 5, 3),
+    (config_of(13, 64, minimum=3, **VERTICAL), 40, 1),
+    (config_of(26, 70, refinement=Refinement(sub_pixel=True), **VERTICAL), 70, 4),
 ], ids=lambda value: f"D{value.disparities}" if isinstance(value, MatcherConfig) else str(value))
 def test_matches_golden(config, width, height, stall):
     """A scene, and noise of other sizes before and after it, in a row."""
@@ -69,10 +75,10 @@ def test_long_pauses():
     assert given == fused_words(left, right, config)
 
 
-@pytest.mark.parametrize("labels, width", [(6, 70), (13, 100)])
-def test_one_pixel_a_clock(labels, width):
+@pytest.mark.parametrize("labels, width, fused", [(6, 70, {}), (13, 100, {}), (13, 100, VERTICAL)])
+def test_one_pixel_a_clock(labels, width, fused):
     """Inside a line no clock is lost, between lines as many as the census takes; latency is within its bound and not far below it."""
-    dut = Matcher(config_of(labels, width))
+    dut = Matcher(config_of(labels, width, **fused))
     height = 8
     cycles = {}
     run_stream(dut, pixel_words(*noise(width, height, 1)), rng=np.random.default_rng(1), cycles=cycles)
@@ -84,7 +90,9 @@ def test_one_pixel_a_clock(labels, width):
     assert dut.latency_clocks - 40 <= latency <= dut.latency_clocks
 
 
-@pytest.mark.parametrize("config", [config_of(6, 60), config_of(13, 100), config_of(13, 8)], ids=lambda config: f"D{config.disparities}")
+@pytest.mark.parametrize("config", [
+    config_of(6, 60), config_of(13, 100), config_of(13, 8), config_of(13, 100, **VERTICAL),
+], ids=lambda config: f"D{config.disparities}")
 def test_frame_clocks(config):
     """The distance of frames in a row is what builds and tables calculate with: never more, and not much less."""
     dut = Matcher(config)
@@ -131,10 +139,11 @@ def test_settings(sub_pixel):
     assert not any(errors)
 
 
+@pytest.mark.parametrize("fused", [{}, VERTICAL], ids=["", "vertical"])
 @pytest.mark.parametrize("case", RAGGED)
-def test_ragged(case):
+def test_ragged(case, fused):
     """``error`` comes up; frames around the one at fault are exact, and it comes out rectangular, as golden sees it."""
-    config = config_of(3, MAX_WIDTH)
+    config = config_of(3, MAX_WIDTH, **fused)
     before, after = noise(5, 3, 20), noise(5, 4, 21)
     words = [*pixel_words(*before), *RAGGED[case][0], *pixel_words(*after)]
     frames, _ = repaired(words)
@@ -153,23 +162,8 @@ def test_reset_in_mid_frame(cut):
     """Of the frame before a reset nothing more comes; the next one is exact."""
     config = config_of(6, 40)
     left, right, _ = scene(40, 7, 6, seed=1)
-    reset = Signal()
-    before = []
-    dut = Matcher(config)
-
-    async def script(ctx, send_words, given):
-        await send_words(pixel_words(left, right)[:cut])
-        ctx.set(reset, 1)
-        await ctx.tick()
-        ctx.set(reset, 0)
-        before.extend(given)
-        await send_words(pixel_words(left, right))
-        while len(given) < len(before) + left.size:
-            await ctx.tick()
-        await ctx.tick().repeat(100)
-
-    given, _ = run_script(dut, script, elaboratable=ResetInserter(reset)(dut))
-    assert given[len(before):] == fused_words(left, right, config)
+    given, _ = after_reset(Matcher(config), left, right, cut)
+    assert given == fused_words(left, right, config)
 
 
 @pytest.mark.parametrize("changes, message", [

@@ -10,6 +10,7 @@ from amaranth.sim import Simulator
 from golden.config import MatcherConfig
 from golden.lines import edata_memory
 from hdl.lines import EdataMemory, LineStore
+from hdl.stream import line_names
 from sim.cases import column_words, comparable, noise, pixel_words
 from sim.streams import check_rules, receive, run_stream, send
 
@@ -150,21 +151,33 @@ def test_last_line_does_not_wait_for_the_next_frame(rows):
     assert len(run_stream(store(rows=rows), words, rng=np.random.default_rng(1), timeout=50)) == 15
 
 
-@pytest.mark.parametrize("rows, stall", ROWS_STALL)
-def test_line_below(rows, stall):
-    """A line more after the last one: its minus pixels are those of the last one, and ``end`` is its own."""
+@pytest.mark.parametrize("rows, lines, stall", [(rows, lines, stall) for rows in ROWS for lines in (1, 2, 3) for stall in (0.0, 0.4)
+                                                 if lines <= rows // 2])
+def test_lines_below(rows, lines, stall):
+    """More lines after the last one: what of them is above the picture's end is its last lines, and ``end`` is that of the last of them."""
     pairs = [noise(width, height, height) for height in range(1, 7) for width in (5, 1)]
+    names = line_names(rows)
     expected = []
     for left, right in pairs:
         words = column_words(left, right, rows)
-        beyond = [{**word, "below": 1} for word in words[-len(left[0]):]]
+        last = words[-len(left[0]):]
         expected += [{**word, "end": 0} for word in words]
-        expected += [{**word, "first": 0, **{side: word[side]["line"] for side in ("left", "right")}} for word in beyond]
+        for below in range(1, lines + 1):
+            # Column names move up by a line each time.
+            expected += [{"below": 1, "first": 0, "last": word["last"], "end": int(word["end"] and below == lines),
+                          **{side: {name: word[side][names[at + below]] for at, name in enumerate(names[:rows // 2 + 1 - below])}
+                             for side in ("left", "right")}} for word in last]
     words = [word for pair in pairs for word in pixel_words(*pair)]
-    given, errors = run_store(store(rows=rows, line_below=True), words, len(expected), stall=stall)
-    given = [{**word, **{side: word[side]["minus"] for side in ("left", "right")}} if word["below"] else word for word in given]
-    assert given == expected
+    given, errors = run_store(store(rows=rows, lines_below=lines), words, len(expected), stall=stall)
+    assert [{key: {name: value[name] for name in want[key]} if isinstance(value, dict) else value for key, value in word.items()}
+            for word, want in zip(given, expected)] == expected
     assert errors == 0
+
+
+@pytest.mark.parametrize("rows, lines", [(3, 2), (5, 3), (5, -1)])
+def test_bad_lines_below(rows, lines):
+    with pytest.raises(ValueError, match=f"columns of {rows} lines hold pixels for 0 to {rows // 2} lines, not {lines}"):
+        store(rows=rows, lines_below=lines)
 
 
 @pytest.mark.parametrize("rows", [1, 4, 9])

@@ -103,6 +103,31 @@ def run_script(dut, script, count=None, *, stall=0.0, elaboratable=None):
     return [comparable(word) for word in given], errors
 
 
+def after_reset(dut, left, right, cut, start=None):
+    """What comes of a pair after a reset behind the first ``cut`` pixels of the same one, and ``error`` in each cycle.
+
+    ``await start(ctx)`` goes before all.
+    """
+    reset = Signal()
+    before = []
+
+    async def script(ctx, send_words, given):
+        if start:
+            await start(ctx)
+        await send_words(pixel_words(left, right)[:cut])
+        ctx.set(reset, 1)
+        await ctx.tick()
+        ctx.set(reset, 0)
+        before.extend(given)
+        await send_words(pixel_words(left, right))
+        while len(given) < len(before) + left.size:
+            await ctx.tick()
+        await ctx.tick().repeat(100)
+
+    given, errors = run_script(dut, script, elaboratable=ResetInserter(reset)(dut))
+    return given[len(before):], errors
+
+
 async def set_parameters(ctx, dut, weights, in_use=None, *, pulse=True):
     for name, value in zip(("u1", "u2", "u3", "in_use"), (*weights, in_use or dut.config.disparities)):
         ctx.set(getattr(dut, name), value)
@@ -205,23 +230,8 @@ def test_reset_in_mid_frame(cut):
     config = MatcherConfig(disparities=6, arithmetic=Arithmetic.THESIS, max_width=16)
     left, right, _ = scene(14, 5, 6, seed=1)
     dut = Matcher(config)
-    reset = Signal()
-    before = []
-
-    async def script(ctx, send_words, given):
-        await set_parameters(ctx, dut, (1, 2, 3))
-        await send_words(pixel_words(left, right)[:cut])
-        ctx.set(reset, 1)
-        await ctx.tick()
-        ctx.set(reset, 0)
-        before.extend(given)
-        await send_words(pixel_words(left, right))
-        while len(given) < len(before) + left.size:
-            await ctx.tick()
-        await ctx.tick().repeat(100)
-
-    given, errors = run_script(dut, script, elaboratable=ResetInserter(reset)(dut))
-    assert given[len(before):] == golden_words(left, right, config)
+    given, errors = after_reset(dut, left, right, cut, lambda ctx: set_parameters(ctx, dut, (1, 2, 3)))
+    assert given == golden_words(left, right, config)
     assert not any(errors)
 
 

@@ -13,7 +13,7 @@ from sim.cases import comparable, noise, pixel_words
 from sim.streams import run_stream
 
 from .test_hdl_lines import MAX_WIDTH, RAGGED, repaired
-from .test_hdl_matcher import golden_words, run_script
+from .test_hdl_matcher import after_reset, golden_words, run_script
 
 
 def config_of(labels, max_width, **settings):
@@ -89,23 +89,8 @@ def test_reset_in_mid_frame(cut):
     """Of the frame before a reset nothing more comes; the next one is exact."""
     config = config_of(6, 40)
     left, right, _ = scene(40, 3, 6, seed=1)
-    reset = Signal()
-    before = []
-    dut = Matcher(config)
-
-    async def script(ctx, send_words, given):
-        await send_words(pixel_words(left, right)[:cut])
-        ctx.set(reset, 1)
-        await ctx.tick()
-        ctx.set(reset, 0)
-        before.extend(given)
-        await send_words(pixel_words(left, right))
-        while len(given) < len(before) + left.size:
-            await ctx.tick()
-        await ctx.tick().repeat(100)
-
-    given, _ = run_script(dut, script, elaboratable=ResetInserter(reset)(dut))
-    assert given[len(before):] == golden_words(left, right, config)
+    given, _ = after_reset(Matcher(config), left, right, cut)
+    assert given == golden_words(left, right, config)
 
 
 @pytest.mark.parametrize("config", [

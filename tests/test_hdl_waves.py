@@ -10,12 +10,12 @@ from sim.cases import engine_words, noise
 from sim.streams import send
 
 
-@pytest.mark.parametrize("minimum", [0, 3, 255])
-def test_long_lines(minimum):
+@pytest.mark.parametrize("minimum, vertical", [(0, 0), (3, 0), (255, 0), (3, 1)])
+def test_long_lines(minimum, vertical):
     """A right column is there from the least disparity to the end of the line; waves without a pixel follow the frame alone."""
     width, height = 600, 2
     config = MatcherConfig(disparities=2, max_width=width, arithmetic=Arithmetic.LINEAR, cost=Cost.FUSED, minimum=minimum,
-                           fused=FusedParameters(census_rows=1, census_columns=1))
+                           fused=FusedParameters(census_rows=1, census_columns=1, vertical=vertical))
     dut = WaveSource(config)
     words = engine_words(*noise(width, height, seed=1).astype(np.uint8), config)
     inside = []
@@ -38,4 +38,4 @@ def test_long_lines(minimum):
     simulator.add_testbench(watch, background=True)
     simulator.run()
     line = [0, *(int(x >= minimum) for x in range(width)), 0]
-    assert inside == line * (height + 1) + [0] * dut.flush_waves
+    assert inside == line * (height + 1 + vertical) + [0] * dut.flush_waves

@@ -373,7 +373,8 @@ def test_command_line(tmp_path, capsys):
 
 @pytest.mark.parametrize("arguments, sentence", [
     (["--board", "spartan"], "there is no board 'spartan'; choose one of: cyclone3"),
-    (["--arithmetic", "float"], "--arithmetic float has no gateware"),
+    (["--arithmetic", "float"], "--arithmetic float has no gateware; choose thesis or linear"),
+    (["--arithmetic", "float", "--cost", "fused"], "--arithmetic float has no gateware; choose linear"),
     (["--width", "0"], "--width must be a whole number from 1 to 4096, not 0; choose a value in that range"),
     (["--disparities", "1"], "not 1; choose a value in that range"),
     (["--json", "count.txt"], "choose one of these for --json"),

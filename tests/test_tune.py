@@ -51,7 +51,7 @@ def test_search(lab):
     poor = FusedParameters(u1=63, reach=4, arm_threshold=9)
     seen = []
     with workers(1) as run:
-        first = tune.search(run, pairs, names, 20, 1, poor, lambda done, least: seen.append((done, least)))
+        first = tune.search(run, pairs, names, 20, 1, poor, lambda *told: seen.append(told))
         assert first == tune.search(run, pairs, names, 20, 1, poor)
         assert tune.search(run, pairs, names, 20, 2, poor) != first
         alone = tune.search(run, pairs, names, 1, 1, poor)
@@ -59,7 +59,7 @@ def test_search(lab):
     params, least = first
     assert least == sum(tune.objective(pairs[0], params).values()) < alone[1]
     assert dataclasses.replace(params, u1=63, reach=4, census_columns=7) == poor  # nothing else was touched
-    assert [done for done, _ in seen] == [8, 16, 20] and seen[-1][1] == least
+    assert [done for done, *_ in seen] == [8, 16, 20] and seen[-1][1:] == (least, params)
 
 
 def test_search_learns(lab, monkeypatch):
@@ -77,6 +77,43 @@ def test_search_survives_what_cannot_be(lab, monkeypatch):
     with workers(1) as run:
         params, _ = tune.search(run, [pair("one")], ["truncation"], 16, 1)
     assert params.cost_max <= 255
+
+
+@pytest.mark.parametrize("bits", [3, 5])
+def test_cost_bits(lab, bits):
+    start = FusedParameters(cost_shift=7, cost_outside=3, truncation=60, cost_factor=2, census_weight=12)
+    assert start.cost_max.bit_length() == 3
+    tried = []
+    with workers(1) as run:
+        def watched(jobs, put):
+            tried.extend(params for _, _, params in jobs)
+            return run(jobs, put)
+
+        tune.search(watched, [pair("one")], ["truncation", "census_weight", "cost_outside"], 16, 1, start, cost_bits=bits)
+    assert len(tried) == 16  # those that cannot be are not counted
+    assert max(params.cost_max.bit_length() for params in tried) == bits
+
+
+def test_nothing_fits(lab, folder, monkeypatch, capsys):
+    monkeypatch.setattr(tune, "_suggest", lambda *_: None)
+    assert main(["tune", "--train", "one", "--test", "two", "--trials", "8", "--workers", "1", "--output", "b.toml"]) == 2
+    assert "none of 400 parameter sets has a cost of 8 bits at most" in capsys.readouterr().err
+    assert not (folder / "b.toml").exists()
+
+
+def test_an_interrupted_search_keeps_its_best(lab, folder, monkeypatch):
+    figures, calls = tune._figures, []
+
+    def breaks(*arguments):
+        calls.append(read_parameters("a.toml") if calls else None)
+        if len(calls) == 3:
+            raise KeyboardInterrupt
+        return figures(*arguments)
+
+    monkeypatch.setattr(tune, "_figures", breaks)
+    with pytest.raises((KeyboardInterrupt, SystemExit)):
+        raise SystemExit(main(["tune", "--train", "one", "--test", "two", "--trials", "24", "--workers", "1", "--output", "a.toml"]))
+    assert calls[1] is not None and "of 24 trials" in (folder / "a.toml").read_text()
 
 
 def test_command(lab, folder, capsys):
@@ -114,6 +151,8 @@ def test_the_file_is_read(folder, capsys):
     (["--train", "one", "--workers", "0"], "--workers must be at least 1, not 0"),
     (["--train", "one", "--seed", "-1"], "--seed must be at least 0, not -1"),
     (["--train", "one", "--search", "u4"], "u4"),
+    (["--train", "one", "--cost-bits", "9"], "--cost-bits must be 1 to 8, not 9"),
+    (["--train", "one", "--cost-bits", "4"], "the cost of the start reaches 138, more than --cost-bits 4 hold"),
     (["--train", "one", "--start", "none.toml"], "cannot read none.toml"),
     (["--train", "one", "--start", "far.toml"], "far.toml has u2 = 0, which is not within the 1 to 63 of the search"),
 ])

@@ -16,7 +16,7 @@ from amaranth.back import rtlil
 from golden.errors import UserError
 
 from ..emit import ZERO_INIT
-from .floorplan import floor_plan
+from .floorplan import floor_plan, selection_plan
 from .mapping import run_yosys
 
 
@@ -54,6 +54,8 @@ sys.exit(run_nextpnr_ecp5(sys.argv[1:]))
 """
 # Names that Yosys derives from ours: the driving cell's type and port, or a number, follow.
 _DERIVED = re.compile(r"_(LUT4|TRELLIS_FF|CCU2C|PFUMX|L6MUX21|DP16KD|MULT18X18D|TRELLIS_DPR16X4|INV)_.*|(\.\d+)+$|\[\d+\]$|\$.*")
+# An answer of a label in the registers in front of the selection: number of the register on the way, label.
+_ANSWER = re.compile(r"\btransition_(\d+)\[(\d+)\]$")
 
 
 @dataclass(frozen=True)
@@ -102,11 +104,25 @@ def _worst_path(report: dict[str, Any], clock: str) -> tuple[tuple[str, ...], fl
     return tuple(names), spent["logic"], spent["routing"]
 
 
+def _selection(module: dict[str, Any]) -> dict[tuple[int, int], str]:
+    """Label and bit of each answer in front of the selection, and the register that holds it."""
+    driver = {bit: name for name, cell in module["cells"].items() if cell["type"] == "TRELLIS_FF" for bit in cell["connections"]["Q"]}
+    found: dict[int, dict[tuple[int, int], str]] = {}  # by the number of the register on the way
+    for name, net in module["netnames"].items():
+        if match := _ANSWER.search(name):
+            registers = found.setdefault(int(match[1]), {})
+            registers.update({(int(match[2]), at): driver[bit] for at, bit in enumerate(net["bits"]) if bit in driver})
+    # A register may hold several answers' bits that are always equal; it has one place.
+    return {key: name for name, key in {name: key for key, name in found[max(found)].items()}.items()} if found else {}
+
+
 def _plan(folder: Path, top: str) -> None:
-    """Put the memory blocks of labels where :func:`hdl.resources.floorplan.floor_plan` wants them."""
+    """Put the memory blocks of labels and the registers of the selection where :mod:`hdl.resources.floorplan` wants them."""
     design = json.loads((folder / "design.json").read_text())
-    cells = design["modules"][top]["cells"]
-    for name, site in floor_plan(name for name, cell in cells.items() if cell["type"] == "DP16KD").items():
+    module = design["modules"][top]
+    cells = module["cells"]
+    blocks = floor_plan(name for name, cell in cells.items() if cell["type"] == "DP16KD")
+    for name, site in (blocks | selection_plan(_selection(module))).items():
         cells[name]["attributes"]["BEL"] = site
     (folder / "design.json").write_text(json.dumps(design))
 

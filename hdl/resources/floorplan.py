@@ -1,14 +1,14 @@
-"""A floor plan for the stand-in: memory blocks in the order of the labels, along the rows of blocks of an ECP5-85F.
+"""A floor plan for the stand-in, an ECP5-85F: memory blocks in the order of the labels, along the device's rows; the selection in one spot.
 
 The arrays are chains, label after label, each with memories of its own. A placer that starts from nothing folds such a chain into a knot:
 at 80 labels the wires came out half as long again as with the blocks in order, and the router hardly got through.
 """
 
 import re
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 
 
-__all__ = ["SITES", "floor_plan", "label_of"]
+__all__ = ["SITES", "floor_plan", "label_of", "selection_plan"]
 
 
 # Rows of blocks, and how many rows of logic lie around each.
@@ -44,32 +44,87 @@ def label_of(name: str) -> float | None:
     return int(found[1]) + shared
 
 
+# The selection is the one loop that no register can cut: `f = T[f]`. The answers come from all over the device; where the registers right
+# in front of the multiplexer stand decides how far the loop reaches. In the middle, between two rows of blocks: columns, first row of
+# logic, and rows that hold none.
+_SELECTION_COLUMNS = range(50, 62)
+_SELECTION_ROW = 47
+_NO_LOGIC = range(10, 94, 12)
+_TILE = 8  # registers
+
+
+def selection_plan(registers: Mapping[tuple[int, int], str]) -> dict[str, str]:
+    """Places of the registers in front of the selection: those of a bit beside each other, label by label.
+
+    Parameters
+    ----------
+    registers : mapping
+        Label and bit of an answer, to the register's name.
+
+    Returns
+    -------
+    dict of str to str
+        Name to place.
+
+    Examples
+    --------
+    >>> selection_plan({(0, 0): "a", (9, 0): "b"})
+    {'a': 'X50/Y47/SLICEA.FF0', 'b': 'X51/Y47/SLICEA.FF1'}
+    """
+    rows = [row for row in range(_SELECTION_ROW, 94) if row not in _NO_LOGIC]
+    tiles = max((label // _TILE + 1 for label, _ in registers), default=0)
+    width = 4  # tiles of a bit beside each other
+    height = -(-tiles // width)
+    beside = len(_SELECTION_COLUMNS) // width
+    plan = {}
+    for (label, bit), name in registers.items():
+        tile, place = divmod(label, _TILE)
+        column = _SELECTION_COLUMNS[bit % beside * width + tile % width]
+        row = rows[bit // beside * height + tile // width]
+        plan[name] = f"X{column}/Y{row}/SLICE{'ABCD'[place // 2]}.FF{place % 2}"
+    return plan
+
+
+#: Share of the places that are taken from which on all blocks are planned.
+_CROWDED = 0.9
+
+
 def floor_plan(names: Iterable[str]) -> dict[str, str]:
-    """Places of those memory blocks that belong to labels: along the rows, to and fro; more where there is more logic around a row.
+    """Places of memory blocks that belong to labels: along the rows, to and fro; more where there is more logic around a row.
+
+    The others find places between them, unless few are left, which would be far apart: then they come first, side by side in the two rows
+    with the least logic around them, and the labels follow from there.
 
     Parameters
     ----------
     names : iterable of str
-        Of the memory blocks.
+        Of all memory blocks.
 
     Returns
     -------
     dict of str to str
         Name to place; empty if there are more blocks than places.
     """
-    chain = sorted((label, name) for name in names if (label := label_of(name)) is not None)
-    places = {row: len(sites) for row, sites in SITES.items()}
-    if not chain or len(chain) > sum(places.values()):
+    places = {row: list(sites) for row, sites in SITES.items()}
+    total = sum(map(len, places.values()))
+    labels = {name: label_of(name) for name in names}
+    chain = sorted((label, name) for name, label in labels.items() if label is not None)
+    if not chain or len(chain) > total:
         return {}
-    share = dict.fromkeys(_ROWS, 0)
+    plan = {}
+    if _CROWDED * total < len(labels) <= total:
+        places = dict(reversed(places.items()))
+        first = list(places)[:2]
+        for number, name in enumerate(sorted(name for name, label in labels.items() if label is None)):
+            plan[name] = places[first[number % 2]].pop(0)
+    share = dict.fromkeys(places, 0)
     for _ in chain:
-        row = min((row for row in _ROWS if share[row] < places[row]), key=lambda row: (share[row] + 1) / _ROWS[row])
+        row = min((row for row in places if share[row] < len(places[row])), key=lambda row: (share[row] + 1) / _ROWS[row])
         share[row] += 1
     order = iter(chain)
-    plan = {}
     for turn, (row, count) in enumerate(share.items()):
         # Spread over the row.
-        sites = [SITES[row][(2 * n + 1) * places[row] // (2 * count)] for n in range(count)]
+        sites = [places[row][(2 * n + 1) * len(places[row]) // (2 * count)] for n in range(count)]
         for site in reversed(sites) if turn % 2 else sites:
             plan[next(order)[1]] = site
     return plan
