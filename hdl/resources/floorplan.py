@@ -48,7 +48,7 @@ def label_of(name: str) -> float | None:
 # in front of the multiplexer stand decides how far the loop reaches. In the middle, between two rows of blocks: columns, first row of
 # logic, and rows that hold none.
 _SELECTION_COLUMNS = range(50, 62)
-_SELECTION_ROW = 47
+_SELECTION_ROW = 52
 _NO_LOGIC = range(10, 94, 12)
 _TILE = 8  # registers
 
@@ -69,7 +69,7 @@ def selection_plan(registers: Mapping[tuple[int, int], str]) -> dict[str, str]:
     Examples
     --------
     >>> selection_plan({(0, 0): "a", (9, 0): "b"})
-    {'a': 'X50/Y47/SLICEA.FF0', 'b': 'X51/Y47/SLICEA.FF1'}
+    {'a': 'X50/Y52/SLICEA.FF0', 'b': 'X51/Y52/SLICEA.FF1'}
     """
     rows = [row for row in range(_SELECTION_ROW, 94) if row not in _NO_LOGIC]
     tiles = max((label // _TILE + 1 for label, _ in registers), default=0)
