@@ -14,7 +14,7 @@ from amaranth.lib.wiring import In, Out
 
 from boards.cyclone3 import CAPACITY
 from hdl.resources import __main__ as command
-from hdl.resources.clock import Clock, _worst_path, our_name
+from hdl.resources.clock import Clock
 from hdl.resources.count import FIGURES, Count, Resources, count
 from hdl.resources.mapping import Netlist, map_cyclone3
 from hdl.resources.report import as_json, method, table, tree
@@ -305,30 +305,6 @@ def test_tree():
         "top.array.cell*": (5, Resources(10)), "top.array.cell*.x": (5, Resources(10)),
         "top.s1": (1, Resources(2)), "top.s2": (1, Resources(3)),
     }
-
-
-# --- Clock ---
-
-@pytest.mark.parametrize("name, ours", [
-    ("matcher.engine.busy_TRELLIS_FF_Q_DI_LUT4_Z_1", "matcher.engine.busy"),
-    ("matcher.engine.edata_memory.column[2]", "matcher.engine.edata_memory.column"),
-    ("matcher.engine.memory.0.12", "matcher.engine.memory"),
-    ("$abc$12$auto$34", ""),
-])
-def test_our_name(name, ours):
-    assert our_name(name) == ours
-
-
-def test_worst_path():
-    def step(kind, delay, begin, end, net=""):
-        return {"type": kind, "delay": delay, "from": {"cell": begin}, "to": {"cell": end}, "net": net}
-    report = {"critical_paths": [
-        {"from": "<async>", "to": "posedge clk", "path": [step("logic", 99, "pin", "pin")]},
-        {"from": "posedge clk", "to": "posedge clk", "path": [
-            step("clk-to-q", 0.5, "a_TRELLIS_FF_Q_1", "a_TRELLIS_FF_Q_1"), step("routing", 2, "a_TRELLIS_FF_Q_1", "$x", "a[3]"),
-            step("logic", 0.25, "$x", "$x"), step("routing", 1, "$x", "b_TRELLIS_FF_Q", "b_TRELLIS_FF_Q_DI"),
-        ]}]}
-    assert _worst_path(report, "clk") == (("a", "b"), 0.75, 3)
 
 
 # --- The report ---

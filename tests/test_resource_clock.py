@@ -1,0 +1,61 @@
+"""What surrounds the placing and routing of the stand-in: names, the worst path, where things are put."""
+
+import json
+
+import pytest
+
+from hdl.resources.clock import _plan, _selection, _worst_path, our_name
+
+
+@pytest.mark.parametrize("name, ours", [
+    ("matcher.engine.busy_TRELLIS_FF_Q_DI_LUT4_Z_1", "matcher.engine.busy"),
+    ("matcher.engine.edata_memory.column[2]", "matcher.engine.edata_memory.column"),
+    ("matcher.engine.memory.0.12", "matcher.engine.memory"),
+    ("$abc$12$auto$34", ""),
+])
+def test_our_name(name, ours):
+    assert our_name(name) == ours
+
+
+def test_worst_path():
+    def step(kind, delay, begin, end, net=""):
+        return {"type": kind, "delay": delay, "from": {"cell": begin}, "to": {"cell": end}, "net": net}
+    report = {"critical_paths": [
+        {"from": "<async>", "to": "posedge clk", "path": [step("logic", 99, "pin", "pin")]},
+        {"from": "posedge clk", "to": "posedge clk", "path": [
+            step("clk-to-q", 0.5, "a_TRELLIS_FF_Q_1", "a_TRELLIS_FF_Q_1"), step("routing", 2, "a_TRELLIS_FF_Q_1", "$x", "a[3]"),
+            step("logic", 0.25, "$x", "$x"), step("routing", 1, "$x", "b_TRELLIS_FF_Q", "b_TRELLIS_FF_Q_DI"),
+        ]}]}
+    assert _worst_path(report, "clk") == (("a", "b"), 0.75, 3)
+
+
+def register(q):
+    return {"type": "TRELLIS_FF", "connections": {"D": [1], "Q": [q]}, "attributes": {}}
+
+
+def netlist():
+    """Answers of two labels of two bits on the way through two registers; the last ones of label 1 are one register."""
+    names = {"engine.array.transition_0[0]": [10, 11], "engine.array.transition_1[0]": [20, 21], "engine.array.transition_1[1]": [22, 22],
+             "engine.other_transition_9[0]": [40], "engine.transition": [20, 21]}
+    cells = {f"ff_{q}": register(q) for q in (10, 11, 20, 21, 22, 40)}
+    blocks = ["engine.array.wait_0.memory.0.0", "engine.array.wait_1.memory.0.0"]
+    cells |= {name: {"type": "DP16KD", "connections": {}, "attributes": {}} for name in blocks}
+    return {"cells": cells, "netnames": {name: {"bits": bits} for name, bits in names.items()}}
+
+
+def test_selection():
+    found = _selection(netlist())
+    assert {key[0]: name for key, name in found.items() if key[0] == 1} == {1: "ff_22"}
+    assert {key: name for key, name in found.items() if key[0] == 0} == {(0, 0): "ff_20", (0, 1): "ff_21"}
+    assert len(found) == 3
+    assert _selection({"cells": {}, "netnames": {"clk": {"bits": [2]}}}) == {}
+
+
+def test_plan(tmp_path):
+    (tmp_path / "design.json").write_text(json.dumps({"modules": {"matcher": netlist()}}))
+    _plan(tmp_path, "matcher")
+    cells = json.loads((tmp_path / "design.json").read_text())["modules"]["matcher"]["cells"]
+    placed = {name: cell["attributes"]["BEL"] for name, cell in cells.items() if cell["attributes"]}
+    assert set(placed) == {"ff_20", "ff_21", "ff_22", *(name for name in cells if "wait" in name)}
+    assert all(("EBR" in place) == ("wait" in name) for name, place in placed.items())
+    assert len(set(placed.values())) == 5
