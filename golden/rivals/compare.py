@@ -30,7 +30,7 @@ from .registry import METHODS
 __all__ = ["View", "main", "views"]
 
 
-DEFAULT_METHODS = ("one-pass-linear", "one-pass-fused", "opencv-sgbm")
+DEFAULT_METHODS = ("one-pass-linear", "one-pass-fused", "one-pass-fused-2", "opencv-sgbm")
 SCENE_SIZE = (320, 200, 32)  # width and height, pixels; number of disparities
 KNOWN = "known"
 FIGURES = {KNOWN: "all of known truth", "nonocc": "what the right picture shows too", "hard": "what the scene is about"}

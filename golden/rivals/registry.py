@@ -7,7 +7,7 @@ from typing import Any
 
 from numpy.typing import NDArray
 
-from ..config import Arithmetic, Cost, MatcherConfig
+from ..config import FUSED_1, FUSED_2, Arithmetic, Cost, FusedParameters, MatcherConfig
 from ..matcher import disparities as match
 from . import cuts, opencv, scanline, ssd
 
@@ -70,14 +70,15 @@ PUBLISHED = {row.name: row for row in (
 )}
 
 
-def _one_pass(left: NDArray[Any], right: NDArray[Any], labels: int, arithmetic: Arithmetic, cost: Cost = Cost.THESIS) -> NDArray[Any]:
+def _one_pass(left: NDArray[Any], right: NDArray[Any], labels: int, arithmetic: Arithmetic, cost: Cost = Cost.THESIS,
+              fused: FusedParameters = FUSED_1) -> NDArray[Any]:
     """Disparities by the one-pass rule, in the golden model."""
-    result: NDArray[Any] = match(left, right, MatcherConfig(disparities=labels, arithmetic=arithmetic, cost=cost))
+    result: NDArray[Any] = match(left, right, MatcherConfig(disparities=labels, arithmetic=arithmetic, cost=cost, fused=fused))
     return result
 
 
 def _ours(about: str, *options: Any, published: str | None = None, lowers: bool = False) -> Method:
-    return Method(functools.partial(_one_pass, **dict(zip(("arithmetic", "cost"), options, strict=False))), about,
+    return Method(functools.partial(_one_pass, **dict(zip(("arithmetic", "cost", "fused"), options, strict=False))), about,
                   published=published, lowers=lowers)
 
 
@@ -93,4 +94,5 @@ METHODS = {
     "one-pass-thesis": _ours("the thesis's rule in its gateware's arithmetic", Arithmetic.THESIS),
     "one-pass-linear": _ours("the thesis's rule in ours", Arithmetic.LINEAR, lowers=True),
     "one-pass-fused": _ours("our second method: fused cost, support, refinement", Arithmetic.LINEAR, Cost.FUSED),
+    "one-pass-fused-2": _ours("the same with vertical support", Arithmetic.LINEAR, Cost.FUSED, FUSED_2),
 }
