@@ -97,8 +97,9 @@ def add_method_options(parser: argparse.ArgumentParser, cost: Cost = Cost.THESIS
     """
     parser.add_argument("--cost", type=Cost, choices=list(Cost), default=cost, metavar="thesis|fused", help=(
         "matching cost of the thesis; or fused with a census, summed over a support and refined after the rule (default: %(default)s)"))
-    parser.add_argument("--parameters", type=Path, metavar="fused-1|fused-2|FILE", help=(
-        "parameters of the fused cost; fused-2 counts the lines above and below too; or a file of golden tune (default: fused-1)"))
+    parser.add_argument("--parameters", type=Path, metavar="fused-1|fused-2|fused-3|FILE", help=(
+        "parameters of the fused cost; fused-2 counts the lines above and below too, fused-3 makes the least gateware; or a file of "
+        "golden tune (default: fused-1)"))
     parser.add_argument("--refine", action=argparse.BooleanOptionalAction, help="all stages of the refinement or none (default: all)")
     for name, what in STAGES.items():
         parser.add_argument(f"--{name}", action=argparse.BooleanOptionalAction, help=f"{what}, whatever --refine says of the others")

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 
-__all__ = ["Arithmetic", "Cost", "Engine", "FUSED_1", "FUSED_2", "FusedParameters", "IN_USE_BITS", "MINIMUM_BITS", "MatcherConfig",
-           "PIXEL_BITS", "PIXEL_MAX", "Refinement", "WEIGHT_BITS", "WEIGHT_MAX"]
+__all__ = ["Arithmetic", "Cost", "Engine", "FUSED_1", "FUSED_2", "FUSED_3", "FusedParameters", "IN_USE_BITS", "MINIMUM_BITS",
+           "MatcherConfig", "PIXEL_BITS", "PIXEL_MAX", "Refinement", "WEIGHT_BITS", "WEIGHT_MAX"]
 
 
 PIXEL_BITS = 8
@@ -170,6 +170,11 @@ FUSED_1 = FusedParameters()  # the named default fused-1
 FUSED_2 = FusedParameters(
     truncation=142, cost_factor=2, census_weight=55, cost_shift=7, cost_outside=3, census_columns=5, arm_threshold=14, reach=29,
     u1=10, u2=23, u3=19, energy_shift=4, vertical=1, vertical_threshold=30)
+
+# The named set fused-3, found likewise: costs of four bits without vertical support, the least gateware. A support sum has nine bits, so
+# four of them fill a memory block's word.
+FUSED_3 = FusedParameters(
+    truncation=194, cost_factor=2, cost_shift=7, cost_outside=2, arm_threshold=16, u1=6, u2=11, u3=9, energy_shift=4)
 
 
 @dataclass(frozen=True)

@@ -5,7 +5,7 @@ import os
 import tomllib
 from pathlib import Path
 
-from .config import FUSED_1, FUSED_2, FusedParameters
+from .config import FUSED_1, FUSED_2, FUSED_3, FusedParameters
 from .errors import UserError
 from .files import atomic
 
@@ -17,7 +17,7 @@ PARAMETER_SUFFIX = ".toml"
 TABLE = "fused"
 
 #: Sets that need no file.
-NAMED = {"fused-1": FUSED_1, "fused-2": FUSED_2}
+NAMED = {"fused-1": FUSED_1, "fused-2": FUSED_2, "fused-3": FUSED_3}
 
 
 def read_parameters(path: str | os.PathLike[str]) -> FusedParameters:

@@ -160,7 +160,8 @@ def parser() -> Parser:
     result.add_argument("--trials", type=int, default=200, metavar="N", help="parameter sets that are tried, the start among them")
     result.add_argument("--seed", type=int, default=1, metavar="S", help="of the search")
     result.add_argument("--search", nargs="+", choices=SPACE, default=list(SPACE), metavar="NAME", help="parameters that are searched")
-    result.add_argument("--start", type=Path, metavar="fused-1|fused-2|FILE", help="parameters to start from, fused-1 if none are given")
+    result.add_argument("--start", type=Path, metavar="fused-1|fused-2|fused-3|FILE",
+                        help="parameters to start from, fused-1 if none are given")
     result.add_argument("--cost-bits", type=int, default=8, metavar="B", help="most bits of a cost: what lines of costs take in memory")
     add_worker_options(result)
     result.add_argument("--output", type=Path, required=True, metavar="FILE",

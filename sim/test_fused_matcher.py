@@ -15,7 +15,7 @@ from .test_matcher import middlebury
 
 
 ALL = Refinement()
-FUSED_2 = dataclasses.asdict(NAMED["fused-2"])
+FUSED_2, FUSED_3 = (dataclasses.asdict(NAMED[name]) for name in ("fused-2", "fused-3"))
 
 
 def config(disparities, max_width, *, refinement=ALL, minimum=0, **parameters):
@@ -38,6 +38,7 @@ CASES = [
     (config(60, 180, refinement=Refinement(fill=False)), [(180, 11), (59, 2)], {"fill": 1, "in_use": 1}),
     (config(80, 192, refinement=Refinement(median=False)), [(192, 12), (5, 3), (161, 4)], {"median": 1}),
     (config(128, 300), [(300, 7), (5, 3), (257, 2)], {"minimum": 40}),
+    (config(21, 70, **FUSED_3), [(70, 8), (5, 3)], {"median": 0}),
     (config(26, 99, **FUSED_2), [(99, 8), (1, 1), (5, 3), (60, 1)], {"minimum": 3}),
     (config(39, 160, **FUSED_2), [(160, 33), (37, 11)], {"check": 0, "u2": 60, "in_use": 20}),
 ]

@@ -5,7 +5,7 @@ import re
 
 import pytest
 
-from golden.config import FUSED_1, FUSED_2, Arithmetic, Cost, Engine, FusedParameters, MatcherConfig
+from golden.config import FUSED_1, FUSED_2, FUSED_3, Arithmetic, Cost, Engine, FusedParameters, MatcherConfig
 
 
 @pytest.mark.parametrize("name, good, bad", [
@@ -70,8 +70,9 @@ def test_fused_1():
     assert FusedParameters() == MatcherConfig().fused == FUSED_1
 
 
-def test_fused_2():
-    assert FUSED_2.vertical and FUSED_2.cost_max.bit_length() == 4  # two lines of them fill a memory block's word
+def test_four_bits():
+    assert FUSED_2.vertical and FUSED_2.cost_max.bit_length() == 4  # eight of them in a memory block's word
+    assert not FUSED_3.vertical and FUSED_3.cost_max.bit_length() == 4 and FUSED_3.sum_max.bit_length() == 9
 
 
 @pytest.mark.parametrize("name", FusedParameters.LIMITS)

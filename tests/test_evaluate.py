@@ -4,7 +4,7 @@ import json
 
 import pytest
 
-from golden.config import FUSED_1, FUSED_2, Arithmetic, MatcherConfig, Refinement
+from golden.config import FUSED_1, FUSED_2, FUSED_3, Arithmetic, MatcherConfig, Refinement
 from golden.dataset import PAIRS
 from golden.errors import UserError
 from golden.evaluate import average, evaluate, main
@@ -39,6 +39,7 @@ FUSED = [
     (FUSED_1, ALL, 0.5, "31.72 32.55 27.88  7.41 8.10 13.74  12.64 19.75 26.62  8.88 14.91 18.44  18.56"),
     (FUSED_1, FINE, 0.5, "28.32 29.22 25.67  2.68 3.35 12.37  9.70 17.33 23.68  5.70 12.18 15.63  15.48"),
     (FUSED_2, ALONE, 1, "3.38 4.80 10.99  0.99 1.71 4.41  6.56 14.29 16.06  4.28 12.32 11.92  7.64"),
+    (FUSED_3, ALL, 1, "2.55 3.36 10.73  0.55 0.90 4.11  5.93 11.81 15.22  4.26 9.38 11.95  6.73"),
     (FUSED_2, ALL, 1, "2.57 3.51 9.21  0.48 0.87 3.55  5.92 11.96 14.83  3.10 8.31 8.99  6.11"),
 ]
 
