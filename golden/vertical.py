@@ -50,9 +50,9 @@ def vertical_support(cost, left, params: FusedParameters = FUSED_1):
 
     Examples
     --------
-    >>> params = FusedParameters(vertical=1)
+    >>> params = FusedParameters(vertical=1, cost_shift=7)
     >>> vertical_support(np.array([[[9]], [[5]], [[2]]], dtype=np.uint8), np.array([[10], [20], [31]]), params).ravel().tolist()
-    [36, 24, 8]
+    [32, 24, 8]
     """
     if not params.vertical:
         return cost

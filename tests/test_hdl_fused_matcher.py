@@ -139,8 +139,7 @@ def test_settings(sub_pixel):
     assert not any(errors)
 
 
-@pytest.mark.parametrize("fused", [{}, VERTICAL], ids=["", "vertical"])
-@pytest.mark.parametrize("case", RAGGED)
+@pytest.mark.parametrize("case, fused", [*((case, {}) for case in RAGGED), *((case, VERTICAL) for case in list(RAGGED)[::4])])
 def test_ragged(case, fused):
     """``error`` comes up; frames around the one at fault are exact, and it comes out rectangular, as golden sees it."""
     config = config_of(3, MAX_WIDTH, **fused)
