@@ -64,7 +64,7 @@ def test_no_plan():
 def test_selection(labels):
     """Every register has a place of its own, where there is logic, and those of a bit are close together."""
     bits = (labels - 1).bit_length()
-    plan = selection_plan({(label, bit): f"{label}.{bit}" for label in range(labels) for bit in range(bits)})
+    plan = selection_plan({f"{label}.{bit}": (label, bit) for label in range(labels) for bit in range(bits)})
     assert len(plan) == len(set(plan.values())) == labels * bits
     at = {name: tuple(map(int, re.match(r"X(\d+)/Y(\d+)/SLICE[A-D].FF[01]$", place).groups())) for name, place in plan.items()}
     assert not {y for _, y in at.values()} & {10, 22, 34, 46, 58, 70, 82}

@@ -104,16 +104,15 @@ def _worst_path(report: dict[str, Any], clock: str) -> tuple[tuple[str, ...], fl
     return tuple(names), spent["logic"], spent["routing"]
 
 
-def _selection(module: dict[str, Any]) -> dict[tuple[int, int], str]:
-    """Label and bit of each answer in front of the selection, and the register that holds it."""
+def _selection(module: dict[str, Any]) -> dict[str, tuple[int, int]]:
+    """Registers in front of the selection: name to label and bit of the answer; of several that are always equal, the last."""
     driver = {bit: name for name, cell in module["cells"].items() if cell["type"] == "TRELLIS_FF" for bit in cell["connections"]["Q"]}
-    found: dict[int, dict[tuple[int, int], str]] = {}  # by the number of the register on the way
+    found: dict[int, dict[str, tuple[int, int]]] = {}  # by the number of the register on the way
     for name, net in module["netnames"].items():
         if match := _ANSWER.search(name):
             registers = found.setdefault(int(match[1]), {})
-            registers.update({(int(match[2]), at): driver[bit] for at, bit in enumerate(net["bits"]) if bit in driver})
-    # A register may hold several answers' bits that are always equal; it has one place.
-    return {key: name for name, key in {name: key for key, name in found[max(found)].items()}.items()} if found else {}
+            registers.update({driver[bit]: (int(match[2]), at) for at, bit in enumerate(net["bits"]) if bit in driver})
+    return found[max(found)] if found else {}
 
 
 def _plan(folder: Path, top: str) -> None:

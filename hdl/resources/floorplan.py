@@ -53,13 +53,13 @@ _NO_LOGIC = range(10, 94, 12)
 _TILE = 8  # registers
 
 
-def selection_plan(registers: Mapping[tuple[int, int], str]) -> dict[str, str]:
+def selection_plan(registers: Mapping[str, tuple[int, int]]) -> dict[str, str]:
     """Places of the registers in front of the selection: those of a bit beside each other, label by label.
 
     Parameters
     ----------
     registers : mapping
-        Label and bit of an answer, to the register's name.
+        Name to label and bit of the answer that the register holds.
 
     Returns
     -------
@@ -68,16 +68,16 @@ def selection_plan(registers: Mapping[tuple[int, int], str]) -> dict[str, str]:
 
     Examples
     --------
-    >>> selection_plan({(0, 0): "a", (9, 0): "b"})
+    >>> selection_plan({"a": (0, 0), "b": (9, 0)})
     {'a': 'X50/Y52/SLICEA.FF0', 'b': 'X51/Y52/SLICEA.FF1'}
     """
     rows = [row for row in range(_SELECTION_ROW, 94) if row not in _NO_LOGIC]
-    tiles = max((label // _TILE + 1 for label, _ in registers), default=0)
+    tiles = max((label // _TILE + 1 for label, _ in registers.values()), default=0)
     width = 4  # tiles of a bit beside each other
     height = -(-tiles // width)
     beside = len(_SELECTION_COLUMNS) // width
     plan = {}
-    for (label, bit), name in registers.items():
+    for name, (label, bit) in registers.items():
         tile, place = divmod(label, _TILE)
         column = _SELECTION_COLUMNS[bit % beside * width + tile % width]
         row = rows[bit // beside * height + tile // width]
