@@ -4,11 +4,13 @@ import argparse
 import sys
 from collections.abc import Sequence
 
-from . import data, evaluate, match, sparsification, tune
+from . import match
 from .cli import Parser
 from .errors import run_cli
-from .rivals import compare, gaps, measure
-from .thesis import command as thesis
+from .lab import evaluate, sparsification, tune
+from .lab.rivals import compare, gaps, measure
+from .lab.thesis import command as thesis
+from .pictures import checksums as data
 
 
 __all__ = ["main"]

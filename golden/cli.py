@@ -12,7 +12,7 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 
 from .config import FUSED_1, Arithmetic, Cost, Engine, MatcherConfig, Refinement
 from .errors import UserError
-from .parameters import read_parameters
+from .matcher.parameters import read_parameters
 
 
 __all__ = ["STAGES", "Parser", "add_gateware_options", "add_matcher_options", "add_method_options", "add_minimum_option", "gateware_config",

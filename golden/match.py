@@ -8,17 +8,17 @@ from pathlib import Path
 import numpy as np
 
 from .cli import Parser, add_method_options, add_minimum_option, method_config
-from .confidence import CONFIDENCE_MAX
 from .config import Cost, MatcherConfig
-from .dataset import motorcycle
 from .errors import UserError, run_cli
 from .files import check_output
-from .fused import match as match_fused
-from .images import LABEL_SUFFIXES, read_pair, write_labels, write_picture
-from .labelling import match as match_thesis
-from .metrics import bad_pixels
-from .products import SUFFIXES, add_product_options, read_camera, write_products
-from .truth import add_truth_options, check_truth_options, read_truth
+from .matcher.confidence import CONFIDENCE_MAX
+from .matcher.fused import match as match_fused
+from .matcher.labelling import match as match_thesis
+from .pictures.dataset import motorcycle
+from .pictures.images import LABEL_SUFFIXES, read_pair, write_labels, write_picture
+from .pictures.metrics import bad_pixels
+from .pictures.products import SUFFIXES, add_product_options, read_camera, write_products
+from .pictures.truth import add_truth_options, check_truth_options, read_truth
 
 
 __all__ = ["main"]

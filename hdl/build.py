@@ -12,19 +12,19 @@ from amaranth.lib import data
 from amaranth.lib.wiring import Flow
 from rich.console import Console
 
-from golden.bandwidth import MemoryTiming
+from boards.cyclone3.check import check_project
+from boards.cyclone3.project import MEMORY_CONTROLLER, quartus_project
 from golden.cli import Parser
 from golden.config import Cost, MatcherConfig
 from golden.errors import UserError, run_cli
 from golden.files import atomic, check_output
-from golden.formats import DISPLAYS, PAL, DisplayFormat
+from golden.video.bandwidth import MemoryTiming
+from golden.video.formats import DISPLAYS, PAL, DisplayFormat
 
 from .emit import verilog_text
-from .framed import FramedMatcher
-from .matcher import Matcher
+from .matcher.framed import FramedMatcher
+from .matcher.matcher import Matcher
 from .options import BOARDS, add_design_options, design_config
-from .project import check_project
-from .quartus import MEMORY_CONTROLLER, quartus_project
 from .verilog import modules
 from .video.system import StereoSystem
 

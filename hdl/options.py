@@ -2,7 +2,7 @@
 
 import argparse
 
-from boards import cyclone3
+from boards.cyclone3 import platform as cyclone3
 from golden.cli import add_gateware_options, gateware_config
 from golden.config import MatcherConfig
 from golden.errors import UserError

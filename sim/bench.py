@@ -11,10 +11,10 @@ from rich.table import Table
 from golden.cli import Parser, progress
 from golden.config import Arithmetic, Cost, Engine, MatcherConfig
 from golden.errors import UserError, run_cli
-from golden.scenes import scene
+from golden.pictures.scenes import scene
 
-from .harness import Result, mismatches, simulate
-from .simulators import SIMULATORS, SimulationError, require
+from .kit.harness import Result, mismatches, simulate
+from .kit.simulators import SIMULATORS, SimulationError, require
 
 
 __all__ = ["main"]

@@ -10,14 +10,14 @@ from rich.console import Console
 
 from golden.cli import Parser, add_gateware_options, gateware_config, progress
 from golden.config import MatcherConfig
-from golden.dataset import PAIRS, data_folder, load_pair
 from golden.errors import run_cli
-from golden.evaluate import Figures, average, table
 from golden.files import atomic, check_output
-from golden.metrics import bad_pixels
+from golden.lab.evaluate import Figures, average, table
+from golden.pictures.dataset import PAIRS, data_folder, load_pair
+from golden.pictures.metrics import bad_pixels
 
-from .harness import mismatches, simulate
-from .simulators import SIMULATORS, SimulationError, require
+from .kit.harness import mismatches, simulate
+from .kit.simulators import SIMULATORS, SimulationError, require
 
 
 __all__ = ["main"]

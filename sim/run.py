@@ -21,16 +21,16 @@ from rich.console import Console
 from rich.table import Table
 
 from golden.cli import Parser, add_gateware_options, gateware_config, progress
-from golden.confidence import CONFIDENCE_MAX
 from golden.config import Arithmetic, Cost, MatcherConfig
-from golden.dataset import StereoPair, motorcycle
 from golden.errors import UserError, run_cli
 from golden.files import atomic
-from golden.images import colour_map, read_pair, write_picture
-from golden.metrics import bad_pixels
+from golden.matcher.confidence import CONFIDENCE_MAX
+from golden.pictures.dataset import StereoPair, motorcycle
+from golden.pictures.images import colour_map, read_pair, write_picture
+from golden.pictures.metrics import bad_pixels
 
-from .harness import Result, mismatches, simulate
-from .simulators import SIMULATORS, SimulationError, require
+from .kit.harness import Result, mismatches, simulate
+from .kit.simulators import SIMULATORS, SimulationError, require
 
 
 __all__ = ["main", "output_folder"]
@@ -109,7 +109,7 @@ def _write(folder: Path, left, right, result: Result, config: MatcherConfig, rep
 
 
 def _simulate(config: MatcherConfig, left, right, simulator: str, work: Path, waves: bool) -> Result:
-    """:func:`sim.harness.simulate` of one frame, with a progress bar; without a terminal, a line a stage."""
+    """:func:`sim.kit.harness.simulate` of one frame, with a progress bar; without a terminal, a line a stage."""
     with progress() as bar:
         task = bar.add_task("", total=left.shape[0])
 

@@ -16,22 +16,22 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
-from golden.bandwidth import MemoryTiming
-from golden.bt656 import clip, encode
 from golden.cli import Parser
 from golden.config import Arithmetic, Cost, Engine, MatcherConfig, Refinement
-from golden.dataset import motorcycle
-from golden.display import DisplayMode, monitor_picture
 from golden.errors import UserError, run_cli
-from golden.formats import DISPLAYS, PAL, CameraFormat, DisplayFormat
-from golden.images import read_pair, write_picture
-from golden.labelling import match
-from golden.memory_map import Plane
+from golden.matcher.labelling import match
+from golden.pictures.dataset import motorcycle
+from golden.pictures.images import read_pair, write_picture
+from golden.video.bandwidth import MemoryTiming
+from golden.video.bt656 import clip, encode
+from golden.video.display import DisplayMode, monitor_picture
+from golden.video.formats import DISPLAYS, PAL, CameraFormat, DisplayFormat
+from golden.video.memory_map import Plane
 from hdl.emit import write_verilog
 from hdl.video.system import StereoSystem
+from sim.kit.simulators import SimulationError, build, require, run
 from sim.models.monitor import Monitor
 from sim.run import output_folder
-from sim.simulators import SimulationError, build, require, run
 
 
 __all__ = ["CLOCK_HZ", "SETUP_HZ", "SIZES", "TOP", "UART_CYCLES", "Size", "main"]
@@ -94,7 +94,7 @@ def run_small(folder: Path, test: str, *, size: str = "small", **env: str | int)
     system = SIZES[size].system()
     source = write_verilog(system, folder / "small.v", name=TOP)
     build("verilator", [source], TOP, folder / "small")
-    ran = run("verilator", TOP, folder / "small", "sim.system_tb",
+    ran = run("verilator", TOP, folder / "small", "sim.benches.system_tb",
               env={"SYSTEM_SIZE": size, "COCOTB_TEST_FILTER": rf"\b{test}$", **env})
     assert ran == 1
     return system
@@ -143,7 +143,7 @@ def run_full(size: Size, pair, folder: Path, simulator: str = "verilator"):
     late = round(_RIGHT_SECONDS * camera.byte_clock_hz)
     periods = [2 * round(0.5e12 / hertz) for hertz in (CLOCK_HZ, display.pixel_clock_hz, camera.byte_clock_hz, camera.byte_clock_hz)]
     # Relative to where the simulator runs: Verilog's file names are of limited length.
-    run(simulator, "system_bench", folder / simulator, "sim.system_bench_tb",
+    run(simulator, "system_bench", folder / simulator, "sim.benches.system_bench_tb",
         plusargs=[*(f"+{name}=../{path.name}" for name, path in files.items()), f"+right_at={camera.frame_bytes - late}"],
         env={"PERIODS": " ".join(map(str, periods)), "DISPLAY_NS": round(_DISPLAY_SECONDS * 1e9)})
     monitor = Monitor(display)
@@ -221,7 +221,7 @@ def _main(argv: Sequence[str] | None) -> int:
     folder = output_folder(options.output).absolute()
     if small:
         told = folder / "told.json"
-        from sim.system_faults import FAULTS  # here, because it needs the rig, which needs this
+        from sim.benches.system_faults import FAULTS  # here, because it needs the rig, which needs this
         system = run_small(folder, "faults" if options.faults else "fills", REPORT=str(told), FAULTS=json.dumps(list(FAULTS)),
                   FRAMES=options.frames or 0)
         data = json.loads(told.read_text())

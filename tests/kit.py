@@ -4,8 +4,8 @@ import functools
 
 import pytest
 
-from golden.dataset import data_folder, load_pair, motorcycle
 from golden.errors import UserError
+from golden.pictures.dataset import data_folder, load_pair, motorcycle
 
 
 @functools.cache

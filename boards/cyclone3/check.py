@@ -5,7 +5,7 @@ import re
 from collections import Counter
 from collections.abc import Collection, Mapping
 
-from .verilog import clock_sources, modules
+from hdl.verilog import clock_sources, modules
 
 
 __all__ = ["check_project"]

@@ -23,7 +23,7 @@ OSCILLATOR_HZ = 50_000_000
 #: Clock of the memory controller's local interface, half of the memory's own. The device allows 83 MHz.
 MEMORY_CLOCK_MHZ = 75
 
-with resources.files(__package__).joinpath("cyclone3.csv").open(encoding="utf-8") as _file:
+with resources.files(__package__).joinpath("pins.csv").open(encoding="utf-8") as _file:
     _PINS = {row["signal"]: row for row in csv.DictReader(line for line in _file if not line.startswith("#"))}
 
 #: Ball to I/O bank, of all that the table knows.

@@ -1,13 +1,13 @@
-"""Project files for Quartus II 9.1 to 13.1 around :class:`hdl.top.BoardTop`, through Amaranth's templates."""
+"""Project files for Quartus II 9.1 to 13.1 around :class:`boards.cyclone3.top.BoardTop`, through Amaranth's templates."""
 
 from importlib import resources
 from typing import ClassVar
 
-from boards.cyclone3 import MEMORY_CLOCK_MHZ, Cyclone3Platform
+from boards.cyclone3.platform import MEMORY_CLOCK_MHZ, Cyclone3Platform
 from golden.config import MatcherConfig
-from golden.formats import DisplayFormat
+from golden.video.formats import DisplayFormat
+from hdl.emit import verilog_of_rtlil
 
-from .emit import verilog_of_rtlil
 from .top import BoardTop, pll_ratio
 
 
@@ -93,7 +93,7 @@ class StereoPlatform(Cyclone3Platform):
         "{{name}}.il": "{{emit_rtlil()}}",
         "{{name}}.qsf": _SETTINGS,
         "{{name}}.sdc": _CONSTRAINTS,
-        "README.md": resources.files(__package__).joinpath("quartus_readme.md").read_text(encoding="utf-8"),
+        "README.md": resources.files(__package__).joinpath("readme.md").read_text(encoding="utf-8"),
     }
     quartus_command_templates = ()   # Quartus is run by hand: the memory controller must be generated first
 

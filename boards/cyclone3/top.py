@@ -7,10 +7,9 @@ from amaranth.hdl import Elaboratable
 from amaranth.lib import io
 from amaranth.lib.cdc import FFSynchronizer, ResetSynchronizer
 
-from boards.cyclone3 import FAMILY, OSCILLATOR_HZ
-from golden.formats import DisplayFormat
-
-from .video.ports import DOMAINS, SystemPorts
+from boards.cyclone3.platform import FAMILY, OSCILLATOR_HZ
+from golden.video.formats import DisplayFormat
+from hdl.video.ports import DOMAINS, SystemPorts
 
 
 __all__ = ["BoardTop", "pll_ratio"]
@@ -33,7 +32,7 @@ def _ports(interface):
 
 
 class BoardTop(Elaboratable):
-    """A video system on the board of :class:`boards.cyclone3.Cyclone3Platform`, and on no other.
+    """A video system on the board of :class:`boards.cyclone3.platform.Cyclone3Platform`, and on no other.
 
     Clocks: the display's PLL makes the pixel clock of the 50 MHz oscillator, the memory controller ``sync`` of the same; a camera's domain
     runs on the clock that the decoder sends with the bytes. All four are asynchronous to each other.

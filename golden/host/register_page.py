@@ -1,13 +1,13 @@
-"""`python -m golden.register_page --output docs/registers.md`: the page of the register map and of its protocol."""
+"""`python -m golden.host.register_page --output docs/registers.md`: the page of the register map and of its protocol."""
 
 import sys
 import textwrap
 from collections.abc import Sequence
 from pathlib import Path
 
-from .cli import Parser
-from .errors import run_cli
-from .files import atomic, check_output
+from ..cli import Parser
+from ..errors import run_cli
+from ..files import atomic, check_output
 from .protocol import (
     BAUD,
     FRAME_BYTES,
@@ -97,7 +97,7 @@ _SECTIONS = {
 
 def page(registers: RegisterMap) -> str:
     """The page of the map and of the protocol, in Markdown."""
-    lines = ["# Registers", "", "Written by `python -m golden.register_page --output docs/registers.md`; do not edit.", "",
+    lines = ["# Registers", "", "Written by `python -m golden.host.register_page --output docs/registers.md`; do not edit.", "",
              "## Protocol", "", *_protocol()]
     for kind, (title, about) in _SECTIONS.items():
         lines += ["", f"## {title}", "", about, "",
@@ -112,7 +112,7 @@ def page(registers: RegisterMap) -> str:
 
 
 def _run(argv: Sequence[str] | None) -> None:
-    parser = Parser(prog="golden.register_page", description="Write the page of the register map and its protocol.")
+    parser = Parser(prog="golden.host.register_page", description="Write the page of the register map and its protocol.")
     parser.add_argument("--output", type=Path, required=True, metavar="FILE", help="Markdown, .md")
     path = check_output(parser.parse_args(argv).output, [".md"])
     with atomic(path) as file:
@@ -121,7 +121,7 @@ def _run(argv: Sequence[str] | None) -> None:
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run the command; the exit status is the result."""
-    return run_cli(_run, argv, "golden.register_page")
+    return run_cli(_run, argv, "golden.host.register_page")
 
 
 if __name__ == "__main__":

@@ -4,9 +4,9 @@ import enum
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 
-from .config import WEIGHT_MAX, Cost, MatcherConfig
+from ..config import WEIGHT_MAX, Cost, MatcherConfig
+from ..video.setup_steps import TFP410, TVP5154, Chip, Failure
 from .protocol import Operation, Reply, Status, decode_request
-from .setup_steps import TFP410, TVP5154, Chip, Failure
 
 
 __all__ = ["COSTS", "COUNT_MAX", "IDENTITY", "SETUPS", "VERSION", "Kind", "Register", "RegisterMap", "answer", "register_map"]

@@ -1,4 +1,4 @@
-"""`python -m golden.bench`: how long the fast rule takes, and how long the plain one would."""
+"""`python -m golden.lab.bench`: how long the fast rule takes, and how long the plain one would."""
 
 import sys
 import time
@@ -8,11 +8,11 @@ from typing import Any
 from rich.console import Console
 from rich.table import Table
 
-from .cli import Parser, progress
-from .config import Arithmetic, MatcherConfig
-from .errors import UserError, run_cli
-from .labelling import match, match_plain
-from .scenes import scene
+from ..cli import Parser, progress
+from ..config import Arithmetic, MatcherConfig
+from ..errors import UserError, run_cli
+from ..matcher.labelling import match, match_plain
+from ..pictures.scenes import scene
 
 
 __all__ = ["main"]
@@ -27,7 +27,7 @@ def timed(function: Callable[..., Any], *arguments: Any) -> tuple[float, float]:
 
 def parser() -> Parser:
     """The arguments of the command."""
-    result = Parser(prog="golden.bench", description=(
+    result = Parser(prog="golden.lab.bench", description=(
         "Seconds of the fast version of the disparity rule (NumPy over anti-diagonals, one thread) and of the plain one (pixel by pixel), "
         "matching cost included, on a synthetic pair."))
     result.add_argument("--width", type=int, default=720, metavar="W", help="pixels (default: %(default)s)")
@@ -75,7 +75,7 @@ def run(argv: Sequence[str] | None) -> None:
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run the command; the exit status is the result."""
-    return run_cli(run, argv, "golden.bench")
+    return run_cli(run, argv, "golden.lab.bench")
 
 
 if __name__ == "__main__":

@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .errors import UserError
-from .files import atomic
+from ..errors import UserError
+from ..files import atomic
 from .workers import Job
 
 

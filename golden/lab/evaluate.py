@@ -11,13 +11,13 @@ from typing import Any
 from rich.console import Console
 from rich.table import Table
 
-from .cli import STAGES, Parser, add_method_options, method_config, progress
-from .config import Arithmetic, Cost, MatcherConfig, Refinement
-from .dataset import MASKS, PAIRS, StereoPair, data_folder, load_pair
-from .errors import UserError, run_cli
-from .files import atomic, check_output
-from .matcher import disparities as match
-from .metrics import bad_pixels
+from ..cli import STAGES, Parser, add_method_options, method_config, progress
+from ..config import Arithmetic, Cost, MatcherConfig, Refinement
+from ..errors import UserError, run_cli
+from ..files import atomic, check_output
+from ..matcher.matcher import disparities as match
+from ..pictures.dataset import MASKS, PAIRS, StereoPair, data_folder, load_pair
+from ..pictures.metrics import bad_pixels
 
 
 __all__ = ["average", "evaluate", "main", "table"]
@@ -36,7 +36,7 @@ def evaluate(pairs: Iterable[StereoPair], configure: Configure, threshold: float
     configure : callable
         Gives the configuration for a number of disparities.
     threshold : float
-        Pixels; of :func:`golden.metrics.bad_pixels`.
+        Pixels; of :func:`golden.pictures.metrics.bad_pixels`.
 
     Returns
     -------

@@ -1,4 +1,4 @@
-"""`python -m golden.pairing_bench`: pairs of two cameras that drift, for hours, and how long a pair may take to read."""
+"""`python -m golden.lab.pairing_bench`: pairs of two cameras that drift, for hours, and how long a pair may take to read."""
 
 import sys
 from collections.abc import Sequence
@@ -6,11 +6,11 @@ from collections.abc import Sequence
 from rich.console import Console
 from rich.table import Table
 
-from .cli import Parser, progress
-from .drift import Trace, all_phases, camera_frames, figures, simulate, violations
-from .errors import UserError, run_cli
-from .formats import DISPLAYS, PAL
-from .pairing import WINDOW, Pairing, buffers_needed
+from ..cli import Parser, progress
+from ..errors import UserError, run_cli
+from ..video.drift import Trace, all_phases, camera_frames, figures, simulate, violations
+from ..video.formats import DISPLAYS, PAL
+from ..video.pairing import WINDOW, Pairing, buffers_needed
 
 
 __all__ = ["main"]
@@ -22,7 +22,7 @@ _READS = (0.250, 0.375, 0.410, 0.420, 0.500, 0.600, 0.750, 0.950)
 
 def parser() -> Parser:
     """The arguments of the command."""
-    result = Parser(prog="golden.pairing_bench", description=(
+    result = Parser(prog="golden.lab.pairing_bench", description=(
         "Two PAL cameras that start apart and drift: the frame store's rule from event to event, every promise of it checked. For each "
         "drift: frames of the slower camera, pairs, pictures shown; the greatest time between the beginnings of a pair's frames, the "
         "greatest age of a frame as its pair starts, the longest time from pair to pair; frames skipped and unpaired. Then the reading "
@@ -106,7 +106,7 @@ def run(argv: Sequence[str] | None) -> None:
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run the command; the exit status is the result."""
-    return run_cli(run, argv, "golden.pairing_bench")
+    return run_cli(run, argv, "golden.lab.pairing_bench")
 
 
 if __name__ == "__main__":

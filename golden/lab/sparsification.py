@@ -10,12 +10,12 @@ from numpy.typing import NDArray
 from rich.console import Console
 from rich.table import Table
 
-from .cli import Parser, add_method_options, method_config, progress
-from .config import Cost
-from .dataset import PAIRS, data_folder, load_pair
-from .errors import UserError, run_cli
-from .files import atomic, check_output
-from .fused import match
+from ..cli import Parser, add_method_options, method_config, progress
+from ..config import Cost
+from ..errors import UserError, run_cli
+from ..files import atomic, check_output
+from ..matcher.fused import match
+from ..pictures.dataset import PAIRS, data_folder, load_pair
 
 
 __all__ = ["area", "area_above_oracle", "main", "sparsification"]

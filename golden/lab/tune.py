@@ -11,14 +11,14 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
-from .cli import Parser, progress
-from .config import FUSED_1, Arithmetic, Cost, FusedParameters, MatcherConfig
-from .dataset import StereoPair, motorcycle, pairs_in
-from .errors import UserError, run_cli
+from ..cli import Parser, progress
+from ..config import FUSED_1, Arithmetic, Cost, FusedParameters, MatcherConfig
+from ..errors import UserError, run_cli
+from ..files import check_output
+from ..matcher.parameters import PARAMETER_SUFFIX, read_parameters, write_parameters
+from ..pictures.dataset import StereoPair, motorcycle, pairs_in
+from ..pictures.scenes import layers
 from .evaluate import average, evaluate
-from .files import check_output
-from .parameters import PARAMETER_SUFFIX, read_parameters, write_parameters
-from .scenes import layers
 from .workers import Run, add_worker_options, check_installed, workers
 
 
@@ -75,7 +75,7 @@ def search(run: Run, pairs: Sequence[StereoPair], names: Sequence[str], trials: 
     Parameters
     ----------
     run : Run
-        Of :func:`golden.workers.workers`.
+        Of :func:`golden.lab.workers.workers`.
     pairs : sequence of StereoPair
         Names must differ.
     names : sequence of str

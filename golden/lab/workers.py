@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from typing import Any
 
-from .errors import UserError
+from ..errors import UserError
 
 
 __all__ = ["Job", "Run", "add_worker_options", "check_installed", "workers"]

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from .config import FUSED_1, FusedParameters
+from ..config import FUSED_1, FusedParameters
 
 
 __all__ = ["census", "census_plain", "hamming"]

@@ -27,9 +27,9 @@ def confidence(disparity, filled, passed, n, scale=1):
     filled : (H, W) integer ndarray
         What enters the median, in the same units.
     passed : (H, W) bool ndarray
-        Of :func:`golden.refine.check`.
+        Of :func:`golden.matcher.refine.check`.
     n : (H, W) integer ndarray
-        Pixels of the support, ``1..63``, of :func:`golden.support.support_sizes`.
+        Pixels of the support, ``1..63``, of :func:`golden.matcher.support.support_sizes`.
     scale : int
         Units of the disparity a pixel.
 

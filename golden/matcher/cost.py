@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
-from .config import Arithmetic, MatcherConfig
+from ..config import Arithmetic, MatcherConfig
 
 
 __all__ = ["cost_energy", "delayed", "edata", "local_disparity", "matching_cost", "outside", "sub_pixel_buffers", "sub_pixels"]

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from .config import Arithmetic, MatcherConfig
+from ..config import Arithmetic, MatcherConfig
 from .labelling import slopes
 
 
@@ -20,7 +20,7 @@ def energy(labels, cost, left, config: MatcherConfig):
     labels : (H, W) integer ndarray
         Disparities, pixels.
     cost : (H, W, D) ndarray
-        Of :func:`golden.cost.matching_cost`.
+        Of :func:`golden.matcher.cost.matching_cost`.
     left : (H, W) integer ndarray
         Grey levels.
 

@@ -6,8 +6,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..config import Cost, MatcherConfig
 from .confidence import confidence
-from .config import Cost, MatcherConfig
 from .labelling import scan, slopes
 from .refine import check, fill, median, right_view
 from .sub_pixel import sub_pixel_labels
@@ -29,7 +29,7 @@ class Fused:
     passed : (H, W) bool ndarray
         Whether the left-right check passed, before the fill.
     confidence : (H, W) uint8 ndarray
-        ``0..15``, of :func:`golden.confidence.confidence`.
+        ``0..15``, of :func:`golden.matcher.confidence.confidence`.
     scale : int
         1, or 8 with sub-pixel disparities: three fraction bits.
     """
@@ -47,15 +47,16 @@ class Fused:
 def labelling(sums, n, left, config: MatcherConfig):
     """Label of every pixel by the rule: the ``d`` of least ``(S << energy_shift) + w1*|d - f_left| + w2*|d - f_up| + w3*|d - b_low|``.
 
-    ``w`` is the slope of :func:`golden.smooth.slope` times the pixel's own ``n``; ``b`` is the label of least ``S``, the smaller on a
+    ``w`` is the slope of :func:`golden.matcher.smooth.slope` times the pixel's own ``n``; ``b`` is the label of least ``S``, the smaller
+    on a
     tie, as everywhere.
 
     Parameters
     ----------
     sums : (H, W, D) integer ndarray
-        Support sums ``S``, of :func:`golden.support.support_sums`.
+        Support sums ``S``, of :func:`golden.matcher.support.support_sums`.
     n : (H, W) integer ndarray
-        Pixels of the support, of :func:`golden.support.support_sizes`.
+        Pixels of the support, of :func:`golden.matcher.support.support_sizes`.
     left : (H, W) integer ndarray
         Grey levels.
 
@@ -94,7 +95,7 @@ class Stages:
 def stages(left, right, config: MatcherConfig) -> Stages:
     """Cost, support, rule, check and sub-pixel labels: all but what looks at neighbouring disparities. Parameters as of :func:`match`."""
     if config.cost is not Cost.FUSED:
-        raise ValueError(f"this is the matcher of the cost fused, not {config.cost}; take golden.labelling.match")
+        raise ValueError(f"this is the matcher of the cost fused, not {config.cost}; take golden.matcher.labelling.match")
     l, r = arms(left, config.fused)
     n = support_sizes(l, r)
     cost = vertical_support(fused_cost(left, right, config), left, config.fused)

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from .config import Arithmetic, Cost, MatcherConfig
+from ..config import Arithmetic, Cost, MatcherConfig
 from .cost import delayed, local_disparity, matching_cost
 from .smooth import slope, smooth
 
@@ -96,9 +96,9 @@ def labelling(cost, local, left, config: MatcherConfig):
     Parameters
     ----------
     cost : (H, W, D) ndarray
-        Of :func:`golden.cost.matching_cost`.
+        Of :func:`golden.matcher.cost.matching_cost`.
     local : (H, W) integer ndarray
-        Of :func:`golden.cost.local_disparity`.
+        Of :func:`golden.matcher.cost.local_disparity`.
     left : (H, W) integer ndarray
         Grey levels.
 
@@ -118,7 +118,7 @@ def cost_summation(cost, s1, s2, s3, config: MatcherConfig):  # type: ignore[no-
     Parameters
     ----------
     cost, s1, s2, s3 : (..., D) ndarray
-        Of :func:`golden.cost.matching_cost` and :func:`golden.smooth.smooth`.
+        Of :func:`golden.matcher.cost.matching_cost` and :func:`golden.matcher.smooth.smooth`.
 
     Returns
     -------
@@ -157,7 +157,7 @@ def transition(energy, slope):  # type: ignore[no-untyped-def]
 
 
 def match(left, right, config: MatcherConfig):
-    """Disparities of a rectified pair, as the matcher of ``config`` computes them; :func:`golden.fused.match` has the other cost.
+    """Disparities of a rectified pair, as the matcher of ``config`` computes them; :func:`golden.matcher.fused.match` has the other cost.
 
     Parameters
     ----------
@@ -170,7 +170,7 @@ def match(left, right, config: MatcherConfig):
         Pixels, ``config.minimum .. config.minimum + D-1``.
     """
     if config.cost is not Cost.THESIS:
-        raise ValueError(f"this is the matcher of the cost thesis, not {config.cost}; take golden.fused.match")
+        raise ValueError(f"this is the matcher of the cost thesis, not {config.cost}; take golden.matcher.fused.match")
     cost = matching_cost(left, right, config)
     return labelling(cost, local_disparity(cost), left, config) + config.minimum
 

@@ -1,7 +1,7 @@
 """Disparities of a pair, whichever method the configuration asks for."""
 
+from ..config import Cost, MatcherConfig
 from . import fused, labelling
-from .config import Cost, MatcherConfig
 
 
 __all__ = ["disparities"]

@@ -5,9 +5,9 @@ import os
 import tomllib
 from pathlib import Path
 
-from .config import FUSED_1, FUSED_2, FUSED_3, FusedParameters
-from .errors import UserError
-from .files import atomic
+from ..config import FUSED_1, FUSED_2, FUSED_3, FusedParameters
+from ..errors import UserError
+from ..files import atomic
 
 
 __all__ = ["NAMED", "PARAMETER_SUFFIX", "read_parameters", "write_parameters"]

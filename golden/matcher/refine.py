@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.lib.stride_tricks import as_strided, sliding_window_view
 
-from .config import MatcherConfig
+from ..config import MatcherConfig
 
 
 __all__ = ["check", "check_plain", "fill", "fill_plain", "median", "median_plain", "right_view", "right_view_plain"]
@@ -17,7 +17,7 @@ def right_view(cost, config: MatcherConfig):
     Parameters
     ----------
     cost : (H, W, D) uint8 ndarray
-        Fused cost ``V``, of :func:`golden.vertical.vertical_support`; without vertical support ``C`` itself.
+        Fused cost ``V``, of :func:`golden.matcher.vertical.vertical_support`; without vertical support ``C`` itself.
 
     Returns
     -------

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from .config import PIXEL_MAX, Arithmetic, Cost, MatcherConfig
+from ..config import PIXEL_MAX, Arithmetic, Cost, MatcherConfig
 
 
 __all__ = ["cones", "slope", "smooth"]

@@ -19,7 +19,7 @@ def neighbouring_sums(sums, labels):
     Parameters
     ----------
     sums : (H, W, D) integer ndarray
-        Of :func:`golden.support.support_sums`.
+        Of :func:`golden.matcher.support.support_sums`.
     labels : (H, W) integer ndarray
 
     Returns
@@ -69,7 +69,7 @@ def sub_pixel_labels(sums, labels, passed):
     labels : (H, W) integer ndarray
         Of the rule, before the fill.
     passed : (H, W) bool ndarray
-        Of :func:`golden.refine.check`.
+        Of :func:`golden.matcher.refine.check`.
 
     Returns
     -------

@@ -2,8 +2,8 @@
 
 import numpy as np
 
+from ..config import FUSED_1, FusedParameters, MatcherConfig
 from .census import census, hamming
-from .config import FUSED_1, FusedParameters, MatcherConfig
 from .cost import delayed, matching_cost, outside, sub_pixel_buffers
 
 
@@ -18,9 +18,9 @@ def fuse(cost, distance, params: FusedParameters = FUSED_1):
     Parameters
     ----------
     cost : integer ndarray
-        Matching cost ``E`` in ``LINEAR`` arithmetic, of :func:`golden.cost.matching_cost`.
+        Matching cost ``E`` in ``LINEAR`` arithmetic, of :func:`golden.matcher.cost.matching_cost`.
     distance : integer ndarray
-        Hamming distance ``H``, of :func:`golden.census.hamming`.
+        Hamming distance ``H``, of :func:`golden.matcher.census.hamming`.
 
     Returns
     -------
@@ -112,7 +112,7 @@ def support_sums(cost, l, r):
     Parameters
     ----------
     cost : (H, W, D) uint8 ndarray
-        Of :func:`golden.vertical.vertical_support`.
+        Of :func:`golden.matcher.vertical.vertical_support`.
     l, r : (H, W) integer ndarray
         Of :func:`arms`.
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from .config import FUSED_1, FusedParameters
+from ..config import FUSED_1, FusedParameters
 
 
 __all__ = ["alike", "vertical_support", "vertical_support_plain"]
@@ -39,7 +39,7 @@ def vertical_support(cost, left, params: FusedParameters = FUSED_1):
     Parameters
     ----------
     cost : (H, W, D) uint8 ndarray
-        Of :func:`golden.support.fused_cost`.
+        Of :func:`golden.matcher.support.fused_cost`.
     left : (H, W) integer ndarray
         Grey levels.
 

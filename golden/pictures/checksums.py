@@ -8,9 +8,9 @@ from pathlib import Path
 from rich.console import Console
 from rich.table import Table
 
-from .cli import Parser
+from ..cli import Parser
+from ..errors import UserError, run_cli
 from .dataset import MASKS, PAIRS, data_folder
-from .errors import UserError, run_cli
 from .images import read_colours
 
 

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .errors import UserError
+from ..errors import UserError
 from .images import grey, read_disparity, read_pair, read_picture
 
 
@@ -51,7 +51,7 @@ def data_folder(data: str | os.PathLike[str] | None = None) -> Path:
 
     :class:`UserError` if it is not there.
     """
-    beside = Path(__file__).resolve().parents[2] / "shared" / "data" / "middlebury"
+    beside = Path(__file__).resolve().parents[3] / "shared" / "data" / "middlebury"
     folder = Path(data or os.environ.get("STEREO_DATA") or beside)
     if not folder.is_dir():
         raise UserError(f"the data folder {folder} does not exist; name the one that holds {', '.join(PAIRS)} with --data or STEREO_DATA")

@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..files import atomic
 from .calibration import Calibration
-from .files import atomic
 from .images import write_picture
 
 

@@ -12,9 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image, ImageOps, UnidentifiedImageError
 
-from .config import PIXEL_MAX, MatcherConfig
-from .errors import UserError
-from .files import atomic
+from ..config import PIXEL_MAX, MatcherConfig
+from ..errors import UserError
+from ..files import atomic
 from .text import read_text, write_text
 
 

@@ -6,10 +6,10 @@ from typing import Any
 
 from numpy.typing import NDArray
 
+from ..config import MatcherConfig
+from ..errors import UserError
 from .calibration import Calibration, read_calibration
-from .config import MatcherConfig
 from .depth import DEPTH_SUFFIXES, depth, write_depth
-from .errors import UserError
 from .images import colour_map, write_picture
 from .sheet import SHEET_SUFFIXES, write_sheet
 from .truth import Truth
@@ -79,14 +79,14 @@ def write_products(options: argparse.Namespace, left: NDArray[Any], disparity: N
     Parameters
     ----------
     options : argparse.Namespace
-        Of :func:`add_product_options` and :func:`golden.truth.add_truth_options`.
+        Of :func:`add_product_options` and :func:`golden.pictures.truth.add_truth_options`.
     left : (H, W) uint8 ndarray
         Grey levels.
     disparity : (H, W) ndarray
         Pixels.
     config : MatcherConfig
     truth : Truth or None
-        Of :func:`golden.truth.read_truth`.
+        Of :func:`golden.pictures.truth.read_truth`.
     calibration : Calibration or None
         Of :func:`read_camera`.
     """

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .config import PIXEL_MAX, MatcherConfig
+from ..config import PIXEL_MAX, MatcherConfig
 from .surfaces import Box, Surface, photometric, render, texture
 
 

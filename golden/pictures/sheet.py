@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
-from .files import atomic
+from ..files import atomic
 
 
 __all__ = ["SHEET_SUFFIXES", "Strip", "error_map", "small", "write_comparison", "write_sheet"]
@@ -35,7 +35,7 @@ def error_map(disparity: NDArray[Any], truth: NDArray[Any], mask: NDArray[np.boo
     mask : (H, W) bool ndarray
         Pixels that count.
     threshold : float
-        Pixels, as in :func:`golden.metrics.bad_pixels`.
+        Pixels, as in :func:`golden.pictures.metrics.bad_pixels`.
 
     Returns
     -------
@@ -71,7 +71,7 @@ def write_sheet(path: str | os.PathLike[str], left: NDArray[np.uint8], disparity
     limits : (int, int)
         Least and greatest disparity of the colour scale, pixels.
     truth : ((H, W) float64 ndarray, (H, W) bool ndarray) or None
-        Of :func:`golden.truth.read_truth`.
+        Of :func:`golden.pictures.truth.read_truth`.
     threshold : float
         Pixels; a greater error is bad.
     """

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .config import PIXEL_MAX
+from ..config import PIXEL_MAX
 
 
 __all__ = ["Box", "Surface", "photometric", "render", "texture"]

@@ -13,8 +13,8 @@ from typing import Any, BinaryIO
 import numpy as np
 from numpy.typing import NDArray
 
-from .errors import UserError
-from .files import atomic
+from ..errors import UserError
+from ..files import atomic
 
 
 __all__ = ["read_text", "write_text"]

@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from .config import MatcherConfig
-from .errors import UserError
+from ..config import MatcherConfig
+from ..errors import UserError
 from .images import read_disparity, read_picture
 
 

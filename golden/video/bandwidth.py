@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 
 from rich.table import Table
 
-from .errors import UserError
+from ..errors import UserError
 from .formats import DISPLAYS, PAL, CameraFormat, DisplayFormat
 from .memory_map import WORD_BYTES, MemoryMap
 

@@ -1,4 +1,5 @@
-"""The frame store's buffers: of one camera's frames, and the slots of the shown pictures. The rule is that of :mod:`golden.pairing`."""
+"""The frame store's buffers: of one camera's frames, and the slots of the shown pictures. The rule is that of
+:mod:`golden.video.pairing`."""
 
 from enum import Enum
 

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .config import PIXEL_MAX
+from ..config import PIXEL_MAX
 from .formats import DisplayFormat
 
 
@@ -83,7 +83,7 @@ def placement(display: DisplayFormat, width: int, height: int, mode: DisplayMode
 
     Examples
     --------
-    >>> from golden.formats import DISPLAYS
+    >>> from golden.video.formats import DISPLAYS
     >>> placement(DISPLAYS["1024x768"], 720, 576, "disparity")
     (range(152, 872), range(96, 672))
     >>> placement(DISPLAYS["1024x768"], 720, 576, "both")

@@ -1,4 +1,5 @@
-"""Cameras that drift, for hours: the rule of :mod:`golden.pairing` run from event to event, and its promises checked on what it did."""
+"""Cameras that drift, for hours: the rule of :mod:`golden.video.pairing` run from event to event, and its promises checked on what it
+did."""
 
 import heapq
 from collections.abc import Iterable, Iterator

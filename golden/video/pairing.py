@@ -16,7 +16,8 @@ is hysteresis: once the phase has drifted past it, frames pair the other way rou
 frame waits 5/8 of a period for its partner at most. It is read by then in two periods less the time that a frame takes to fill a buffer,
 less those 5/8: so double buffers are enough for a reading time of 3/8 of a period (:func:`buffers_needed`).
 
-What the rule promises, and :func:`golden.drift.violations` checks: no buffer is written while it is read or shown; frames of a pair are
+What the rule promises, and :func:`golden.video.drift.violations` checks: no buffer is written while it is read or shown; frames of a pair
+are
 never more than ``window``, hence never more than a period apart; each is used once at most, and in order; none is older than ``life``,
 whatever cameras and memory did; the shown picture changes at a fetch only.
 

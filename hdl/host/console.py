@@ -1,4 +1,4 @@
-"""`python -m hdl.console`: the parameters of a running system, its status and its counters, over its serial line."""
+"""`python -m hdl.host.console`: the parameters of a running system, its status and its counters, over its serial line."""
 
 import functools
 import os
@@ -15,8 +15,8 @@ from rich.table import Table
 from golden.cli import Parser
 from golden.config import Arithmetic, MatcherConfig
 from golden.errors import UserError, run_cli
-from golden.protocol import BAUD, FRAME_BYTES, QUIET_SECONDS, Operation, Reply, Request, Status, encode_request, first_reply
-from golden.registers import COSTS, IDENTITY, VERSION, Kind, Register, RegisterMap, register_map
+from golden.host.protocol import BAUD, FRAME_BYTES, QUIET_SECONDS, Operation, Reply, Request, Status, encode_request, first_reply
+from golden.host.registers import COSTS, IDENTITY, VERSION, Kind, Register, RegisterMap, register_map
 
 
 __all__ = ["Chip", "SerialPort", "Transport", "main"]
@@ -163,7 +163,7 @@ class Chip:
 
 def _register(registers: RegisterMap, name: str) -> Register:
     if name not in registers:
-        raise UserError(f"there is no register {name!r}; python -m hdl.console list shows all of them")
+        raise UserError(f"there is no register {name!r}; python -m hdl.host.console list shows all of them")
     return registers[name]
 
 
@@ -174,7 +174,7 @@ def _assignment(registers: RegisterMap, text: str) -> tuple[Register, int]:
         raise UserError(f"{text!r} is no assignment; write it as NAME=VALUE")
     register = _register(registers, name)
     if not register.writable:
-        raise UserError(f"{name} cannot be set, it is read-only; python -m hdl.console list shows those that can")
+        raise UserError(f"{name} cannot be set, it is read-only; python -m hdl.host.console list shows those that can")
     named = {word: value for value, word in register.words.items()}
     try:
         value = named[what] if what in named else int(what, 0)
@@ -238,7 +238,7 @@ _LIMITS = {"baud": (1, 4_000_000), "timeout": (0.001, 60), "interval": (0, 3600)
 
 
 def _parser() -> Parser:
-    parser = Parser(prog="python -m hdl.console", description=__doc__)
+    parser = Parser(prog="python -m hdl.host.console", description=__doc__)
     parser.add_argument("--port", metavar="PORT", help="serial port, such as /dev/ttyUSB0 or COM3; for all commands but list")
     parser.add_argument("--baud", type=int, default=BAUD, metavar="BAUD", help="bits a second (default: %(default)s)")
     parser.add_argument("--timeout", type=float, default=0.2, metavar="S", help="seconds that an answer may take (default: %(default)s)")
@@ -276,7 +276,7 @@ def _run(connect: Callable[[str, int], AbstractContextManager[Transport]], argv:
 
 def main(argv: Sequence[str] | None = None, connect: Callable[[str, int], AbstractContextManager[Transport]] = SerialPort) -> int:
     """Run the command line; the exit status is the result. ``connect`` opens the port, at a baud rate."""
-    return run_cli(functools.partial(_run, connect), argv, "hdl.console")
+    return run_cli(functools.partial(_run, connect), argv, "hdl.host.console")
 
 
 if __name__ == "__main__":

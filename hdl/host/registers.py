@@ -4,10 +4,10 @@ from amaranth import *
 from amaranth.lib import data, stream, wiring
 from amaranth.lib.wiring import In, Out
 
-from golden.protocol import BAUD, FRAME_BYTES, FRAME_SECONDS, REPLY_SYNC, REQUEST_SYNC, Operation, Status
-from golden.registers import COUNT_MAX, Kind, RegisterMap
+from golden.host.protocol import BAUD, FRAME_BYTES, FRAME_SECONDS, REPLY_SYNC, REQUEST_SYNC, Operation, Status
+from golden.host.registers import COUNT_MAX, Kind, RegisterMap
 
-from .uart import UartReceiver, UartTransmitter
+from ..parts.uart import UartReceiver, UartTransmitter
 
 
 __all__ = ["ActionLayout", "ParameterLayout", "RegisterFile", "SerialRegisters", "StatusLayout"]
@@ -40,7 +40,7 @@ class StatusLayout(data.StructLayout):
 class RegisterFile(wiring.Component):
     """Answers requests; holds the parameters. Protocol and map: docs/registers.md.
 
-    Golden: :func:`golden.registers.answer`.
+    Golden: :func:`golden.host.registers.answer`.
 
     A request of six bytes begins with a sync byte; others before it are passed over. Its value is read, or written, in one cycle:
     16 bits are never torn. A request is dropped if its next byte does not come within ``timeout`` cycles, or if ``line_error`` says that a
@@ -58,7 +58,7 @@ class RegisterFile(wiring.Component):
     registers : RegisterMap
         With ``uart_errors`` and ``clear_counters`` among them.
     timeout : int
-        Cycles; what :data:`golden.protocol.FRAME_SECONDS` makes of the clock.
+        Cycles; what :data:`golden.host.protocol.FRAME_SECONDS` makes of the clock.
 
     Members
     -------
@@ -214,7 +214,7 @@ class RegisterFile(wiring.Component):
 class SerialRegisters(wiring.Component):
     """The register file on its serial line: receiver, :class:`RegisterFile`, transmitter.
 
-    Golden: :func:`golden.registers.answer`, in the bytes of :mod:`golden.protocol`.
+    Golden: :func:`golden.host.registers.answer`, in the bytes of :mod:`golden.host.protocol`.
 
     Timing: a request and its reply take 120 bits, 1.04 ms at 115,200 baud. A byte that comes while a reply is sent waits in the receiver; a
     second one is lost and counted.
@@ -223,7 +223,7 @@ class SerialRegisters(wiring.Component):
     ----------
     registers : RegisterMap
     clock_hz, baud : int
-        As of :class:`hdl.uart.UartReceiver`.
+        As of :class:`hdl.parts.uart.UartReceiver`.
     frame_seconds : float
         Longest silence within a request.
 

@@ -8,7 +8,7 @@ from amaranth.lib.wiring import In, Out
 
 from golden.config import MatcherConfig
 
-from .delay import data_register
+from ..parts.delay import data_register
 from .stream import CensusWord, ColumnWord, copy_flags, line_names
 
 
@@ -18,7 +18,8 @@ __all__ = ["CensusStage"]
 class CensusStage(wiring.Component):
     """Census of the left and of the right picture at every pixel, beside the three lines around it.
 
-    The golden model is :func:`golden.census.census`: a bit for each neighbour in the window, set where it is darker than the centre.
+    The golden model is :func:`golden.matcher.census.census`: a bit for each neighbour in the window, set where it is darker than the
+    centre.
 
     Columns go through a window as wide as the census. A line's first column fills it, and its last one comes again until the line has
     left: pixels outside the picture repeat the nearest. The line store in front repeats lines and gives rectangular frames; this stage

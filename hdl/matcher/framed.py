@@ -7,10 +7,10 @@ from amaranth.lib.wiring import In, Out
 
 from golden.config import PIXEL_BITS, MatcherConfig
 
+from .frame_timing import FrameTiming
 from .matcher import Matcher
 from .settings import setting_ports
 from .stream import FLAGS, DisparityWord
-from .timing import FrameTiming
 
 
 __all__ = ["FramedMatcher"]
@@ -19,7 +19,7 @@ __all__ = ["FramedMatcher"]
 class FramedMatcher(wiring.Component):
     """The matcher between frame timing signals and a stream of disparities, with a clock and a reset button of their own.
 
-    Golden: :func:`golden.labelling.match`.
+    Golden: :func:`golden.matcher.labelling.match`.
 
     Members
     -------
@@ -28,12 +28,13 @@ class FramedMatcher(wiring.Component):
     reset_n : In(1)
         Asynchronous, low active; synchronised here.
     frame_valid, line_valid, pixel_valid, left, right, dropped
-        As of :class:`hdl.timing.FrameTiming`.
+        As of :class:`hdl.matcher.frame_timing.FrameTiming`.
     disparity : Out, disparity_valid : Out(1), disparity_ready : In(1)
-        The outgoing stream, as :class:`hdl.stream.DisparityWord`, with ``disparity_first``, ``disparity_last``, ``disparity_end`` : Out(1),
+        The outgoing stream, as :class:`hdl.matcher.stream.DisparityWord`, with ``disparity_first``, ``disparity_last``, ``disparity_end``
+        : Out(1),
         and with the cost ``FUSED`` ``passed`` and ``confidence``.
-    error, clear, and the settings of :func:`hdl.settings.setting_ports`
-        As of :class:`hdl.matcher.Matcher`.
+    error, clear, and the settings of :func:`hdl.matcher.settings.setting_ports`
+        As of :class:`hdl.matcher.matcher.Matcher`.
     """
     def __init__(self, config: MatcherConfig):
         self.config = config

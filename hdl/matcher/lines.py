@@ -13,7 +13,7 @@ from amaranth.utils import ceil_log2
 
 from golden.config import PIXEL_BITS, MatcherConfig
 
-from .delay import NO_COLLISION, StreamRegister
+from ..parts.delay import NO_COLLISION, StreamRegister
 from .stream import ColumnWord, PixelPair, line_names
 
 
@@ -31,7 +31,7 @@ class LineStore(wiring.Component):
     """Plus Line, Line and Minus Line FIFOs of both pictures, and the control that moves lines through them (thesis figure 19).
 
     Gives, for every pixel of a line, the ``rows // 2`` pixels above and below it; lines outside the picture repeat the nearest. The
-    golden model is :func:`golden.lines.line_store`.
+    golden model is :func:`golden.matcher.lines.line_store`.
 
     The Plus Line FIFO takes pixels as they come. As pixel ``(x, y+1)`` leaves it, the Line memory gives up ``(x, y)`` and takes it,
     and the Minus Line memory gives up ``(x, y-1)`` and takes ``(x, y)``. After the pixel marked ``end``, the last line follows without
@@ -248,7 +248,7 @@ class LineStore(wiring.Component):
 class EdataMemory(wiring.Component):
     """The words of one line, between BEC and GC: gives up the word of the line above as it takes the one of this line.
 
-    The golden model is :func:`golden.lines.edata_memory`.
+    The golden model is :func:`golden.matcher.lines.edata_memory`.
 
     Timing: ``o`` holds the old word of ``column`` from the cycle after ``exchange`` until the next; ``i`` is written if ``write`` is
     high with ``exchange``. The old word is read in the cycle that writes the new one (M9K: old data on collision).

@@ -6,16 +6,16 @@ from amaranth.lib.wiring import In, Out
 
 from golden.config import Arithmetic, Cost, Engine, MatcherConfig
 
-from .bec import Bec
 from .census import CensusStage
-from .fill import Fill
 from .lines import LineStore
-from .median import Median
-from .sequential import SequentialEngine
+from .refine.fill import Fill
+from .refine.median import Median
+from .sequential.bec import Bec
+from .sequential.engine import SequentialEngine
 from .settings import held_settings, setting_ports
 from .shift import RightShift
 from .stream import DisparityWord, PixelPair
-from .streaming import StreamingEngine
+from .streaming.engine import StreamingEngine
 
 
 __all__ = ["Matcher"]
@@ -24,10 +24,10 @@ __all__ = ["Matcher"]
 class Matcher(wiring.Component):
     """Disparities of a rectified pair by the one-pass rule (thesis figure 17), by either method.
 
-    The golden models are :func:`golden.labelling.match`, and with the cost ``FUSED`` :func:`golden.fused.match`.
+    The golden models are :func:`golden.matcher.labelling.match`, and with the cost ``FUSED`` :func:`golden.matcher.fused.match`.
 
     The picture's size is learned from the flags of its pixels; any height, any width up to ``max_width``, a new one each frame. The last
-    lines of a frame leave without waiting for the next frame. What a ragged frame does is told at :class:`hdl.lines.LineStore`.
+    lines of a frame leave without waiting for the next frame. What a ragged frame does is told at :class:`hdl.matcher.lines.LineStore`.
 
     Timing: a pixel each :attr:`clocks_per_pixel` cycles. A disparity leaves :attr:`latency_lines` lines and at most :attr:`latency_clocks`
     cycles after its pixel came, if pixels are offered and disparities taken without a pause, lines are no shorter than
@@ -38,7 +38,8 @@ class Matcher(wiring.Component):
     i : In(stream.Signature(PixelPair()))
     o : Out(stream.Signature(DisparityWord(config)))
     u1, u2, u3, in_use and more with the cost ``FUSED``, set_parameters : In
-        Settings, see :func:`hdl.settings.setting_ports`. ``set_parameters`` takes them; until its first pulse those of ``config`` are in
+        Settings, see :func:`hdl.matcher.settings.setting_ports`. ``set_parameters`` takes them; until its first pulse those of ``config``
+        are in
         force. More labels in use than there are, are as many as there are. Each block samples what concerns it as the first pixel of a
         frame reaches it. Set them between frames: before the first pixel of a frame is sent, they hold for all of it; once its first
         disparity has come out, they hold from the next one on.

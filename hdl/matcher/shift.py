@@ -7,7 +7,7 @@ from amaranth.lib.wiring import In, Out
 
 from golden.config import PIXEL_BITS, MatcherConfig
 
-from .delay import data_register
+from ..parts.delay import data_register
 from .stream import PixelPair, copy_flags
 
 
@@ -17,7 +17,7 @@ __all__ = ["RightShift"]
 class RightShift(wiring.Component):
     """Moves the right picture to the right by ``minimum`` pixels; the first pixel of a line is repeated.
 
-    The golden model is :func:`golden.cost.delayed`. The left pixel and the flags are not changed.
+    The golden model is :func:`golden.matcher.cost.delayed`. The left pixel and the flags are not changed.
 
     The last pixels of the right picture are in a ring of memory, which the oldest leaves as a new one comes. Before as many pixels of a
     line have come the first one is given, so nothing depends on what the memory held. This stands in front of the line store: a frame

@@ -2,8 +2,8 @@
 
 from amaranth.lib import data
 
-from golden.confidence import CONFIDENCE_BITS
 from golden.config import PIXEL_BITS, Cost, MatcherConfig
+from golden.matcher.confidence import CONFIDENCE_BITS
 
 
 __all__ = ["FLAGS", "BecWord", "CensusWord", "Column", "ColumnWord", "DisparityWord", "LabelWord", "Least", "PixelPair", "copy_flags",

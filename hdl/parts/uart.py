@@ -5,7 +5,7 @@ from amaranth.lib import stream, wiring
 from amaranth.lib.cdc import FFSynchronizer
 from amaranth.lib.wiring import In, Out
 
-from golden.protocol import BAUD
+from golden.host.protocol import BAUD
 
 
 __all__ = ["TOLERANCE", "UartReceiver", "UartTransmitter"]

@@ -12,7 +12,7 @@ from golden.cli import Parser
 from golden.errors import UserError, run_cli
 from golden.files import atomic, check_output
 
-from ..matcher import Matcher
+from ..matcher.matcher import Matcher
 from ..options import BOARDS, add_design_options, design_config
 from .clock import place_and_route
 from .count import count

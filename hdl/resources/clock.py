@@ -153,7 +153,7 @@ def _synthesise(folder: Path, top: str, report: Callable[[str], None]) -> tuple[
 
 
 def without_collisions(text: str) -> str:
-    """RTLIL in which the read ports of memories marked :data:`hdl.delay.NO_COLLISION` may give anything where a write meets them.
+    """RTLIL in which the read ports of memories marked :data:`hdl.parts.delay.NO_COLLISION` may give anything where a write meets them.
 
     Yosys heeds the mark only at ports that it makes from registers itself.
 

@@ -8,13 +8,13 @@ from pathlib import Path
 from amaranth.hdl import Fragment
 from rich.progress import Progress
 
-from boards import cyclone3
+from boards.cyclone3 import platform as cyclone3
 from golden.cli import Parser, progress
 from golden.config import Arithmetic, Engine, MatcherConfig
 from golden.errors import UserError, run_cli
 from golden.files import atomic, check_output
 
-from ..matcher import Matcher
+from ..matcher.matcher import Matcher
 from .__main__ import need
 from .count import FIGURES, Resources, count
 from .mapping import map_cyclone3

@@ -63,8 +63,9 @@ class Arbiter(wiring.Component):
     A burst goes to the local interface as local bursts of at most ``size`` words. Nothing is asked of the memory before ``init_done``.
     Words read go to their masters by a queue of owners, one entry a burst; while it is full no read is granted, writes are.
 
-    Latency: a request is granted within :func:`golden.bandwidth.grant_clocks` cycles, and its last word is taken by the memory within
-    :func:`golden.bandwidth.served_clocks` cycles, as long as the queue of owners is not full. With ``N`` masters, a memory that takes a
+    Latency: a request is granted within :func:`golden.video.bandwidth.grant_clocks` cycles, and its last word is taken by the memory within
+    :func:`golden.video.bandwidth.served_clocks` cycles, as long as the queue of owners is not full. With ``N`` masters, a memory that
+    takes a
     word each ``pace`` cycles at the slowest, and a stall of ``T`` cycles, that is ``N * burst * pace + T + 2`` and
     ``(N + 1) * burst * pace + T + 3``: a master's own burst of before, then one of each other master, then its own.
 

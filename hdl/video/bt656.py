@@ -4,8 +4,8 @@ from amaranth import *
 from amaranth.lib import stream, wiring
 from amaranth.lib.wiring import In, Out
 
-from golden.bt656 import lost_bytes
-from golden.formats import CameraFormat
+from golden.video.bt656 import lost_bytes
+from golden.video.formats import CameraFormat
 
 from .camera_fifo import CameraFifo
 from .crossing import ClockWatch, EventCrossing
@@ -17,7 +17,7 @@ __all__ = ["ActivePixels", "CameraInput"]
 
 
 class ActivePixels(wiring.Component):
-    """Luma of the frames in bytes whose timing codes have been found; golden: :func:`golden.bt656.decode`.
+    """Luma of the frames in bytes whose timing codes have been found; golden: :func:`golden.video.bt656.decode`.
 
     Each line of active video must be as long as the format has it, and closed by an EAV that can be read, which tells by V whether the
     field goes on; the next SAV must follow without another code between. The top field comes first, each field is complete. What is not so
@@ -45,7 +45,7 @@ class ActivePixels(wiring.Component):
         One cycle: a bottom field came without its top field.
     fault : Out(1)
         One cycle: something was wrong, be there a frame in progress or not: also a signal without codes for
-        :func:`golden.bt656.lost_bytes`, or without a whole frame for three frames' time.
+        :func:`golden.video.bt656.lost_bytes`, or without a whole frame for three frames' time.
     """
     LATENCY = 1
 
@@ -165,7 +165,8 @@ class ActivePixels(wiring.Component):
 class CameraInput(wiring.Component):
     """A camera: from the bytes of its decoder to a stream of frames, each whole or closed by a ``drop`` word.
 
-    Y is kept, Cb and Cr are dropped; a frame is passed on while it comes, field by field. Golden: :func:`golden.bt656.decode`. What may go
+    Y is kept, Cb and Cr are dropped; a frame is passed on while it comes, field by field. Golden: :func:`golden.video.bt656.decode`. What
+    may go
     wrong costs the frame it is in, and the next good one is exact: codes with more than one wrong bit, lines too short, too long, missing
     or too many, fields missing or swapped, no codes, a byte clock that stops, a reset of its domain, a full FIFO.
 

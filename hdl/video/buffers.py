@@ -72,7 +72,7 @@ def older(age, limit):
 
 
 class CameraBuffers(wiring.Component):
-    """The buffers of one camera: which one is filled, which one holds the latest frame. Golden: :class:`golden.buffers.Camera`.
+    """The buffers of one camera: which one is filled, which one holds the latest frame. Golden: :class:`golden.video.buffers.Camera`.
 
     Ages: cycles since a frame began; they stay at ``life_clocks``, and the latest frame that gets there has expired: so ages never wrap
     around, and a frame that is too old is never taken for a new one.
@@ -166,7 +166,7 @@ class Plane(Enum):
 
 
 class PictureSlots(wiring.Component):
-    """The slots of the shown pictures: which one is written, which is shown. Golden: :class:`golden.buffers.Pictures`.
+    """The slots of the shown pictures: which one is written, which is shown. Golden: :class:`golden.video.buffers.Pictures`.
 
     Timing: ``free`` and ``slot`` depend on registers alone.
 

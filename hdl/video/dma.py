@@ -7,9 +7,9 @@ from amaranth.lib.fifo import SyncFIFOBuffered
 from amaranth.lib.wiring import In, Out
 
 from golden.config import PIXEL_BITS
-from golden.memory_map import MemoryMap
+from golden.video.memory_map import MemoryMap
 
-from ..stream import FLAGS
+from ..matcher.stream import FLAGS
 from .words import ADDRESS_BITS, WORD_BYTES
 
 
@@ -34,14 +34,15 @@ class LineBurst(data.StructLayout):
 class LineScan(wiring.Component):
     """The bursts of a picture, line by line: as many of ``burst`` words as a line has, and one with the rest.
 
-    Golden: :meth:`golden.memory_map.MemoryMap.base` + ``y * pitch + n``. Lines are given from top to bottom, or, ``interlaced``, first
+    Golden: :meth:`golden.video.memory_map.MemoryMap.base` + ``y * pitch + n``. Lines are given from top to bottom, or, ``interlaced``,
+    first
     the even ones and then the odd ones. An address is two numbers side by side: line ``base + y``, and the word within the line.
 
     Timing: the burst after ``advance`` stands in the next cycle. ``start`` may come at any time, and begins anew.
 
     Parameters
     ----------
-    memory_map : :class:`golden.memory_map.MemoryMap`
+    memory_map : :class:`golden.video.memory_map.MemoryMap`
     burst : int
         Words, a power of two: a burst then lies within one row of the memory.
     interlaced : bool
@@ -205,7 +206,7 @@ class PixelUnpacker(wiring.Component):
 
     Parameters
     ----------
-    memory_map : :class:`golden.memory_map.MemoryMap`
+    memory_map : :class:`golden.video.memory_map.MemoryMap`
         Tells the size of the pictures.
 
     Members

@@ -7,8 +7,8 @@ from amaranth.lib.fifo import AsyncFIFOBuffered
 from amaranth.lib.wiring import In, Out
 
 from golden.config import PIXEL_BITS, MatcherConfig
-from golden.display import DisplayMode, placement
-from golden.formats import DisplayFormat
+from golden.video.display import DisplayMode, placement
+from golden.video.formats import DisplayFormat
 
 from .picture import DisplaySettings, PictureGate, PictureScan, QueuedPixel
 from .words import ShownPixel
@@ -25,7 +25,7 @@ class DviTiming(wiring.Component):
     """Counters of columns and lines, and what they say of the pixel they point to.
 
     Both syncs are low active. ``vsync`` changes with a line's first pixel, so it is low for whole lines. Golden:
-    :class:`golden.formats.DisplayFormat`.
+    :class:`golden.video.formats.DisplayFormat`.
 
     Timing: all outputs are of the same pixel; those but ``x`` and ``y`` are combinational. The first pixel after reset is the last one
     before vertical blanking: ``frame_start`` follows at once.
@@ -96,7 +96,8 @@ def _tell(m, name, event, *, source, target):
 class DisplayOutput(wiring.Component):
     """Pictures from the frame store to the monitor.
 
-    The golden model of the active area is :func:`golden.display.monitor_picture`. The syncs and ``de`` never depend on the input: they
+    The golden model of the active area is :func:`golden.video.display.monitor_picture`. The syncs and ``de`` never depend on the input:
+    they
     come from :class:`DviTiming` alone.
 
     **Fetching.** At the beginning of vertical blanking the display asks for a picture: ``fetch`` is high for a cycle. Words taken in that

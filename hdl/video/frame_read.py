@@ -5,9 +5,9 @@ from amaranth.lib import data, stream, wiring
 from amaranth.lib.wiring import In, Out
 
 from golden.config import MatcherConfig
-from golden.memory_map import MemoryMap, Plane
+from golden.video.memory_map import MemoryMap, Plane
 
-from ..stream import PixelPair, copy_flags
+from ..matcher.stream import PixelPair, copy_flags
 from .arbiter import ReadPort
 from .dma import LineScan, PixelUnpacker, PlanePair, WordFifo, line_number
 from .words import ShownPixel
@@ -142,20 +142,20 @@ class _PlanePairReader(wiring.Component):
 class PairReader(wiring.Component):
     """The two pictures of a pair, out of their buffers into the matcher.
 
-    Golden: :meth:`golden.memory_map.MemoryMap.picture` of both.
+    Golden: :meth:`golden.video.memory_map.MemoryMap.picture` of both.
 
     Timing: ``start`` for a cycle; ``done`` for a cycle when every pixel of both has been read from memory, so that the buffers may be
     written again; the last ones may still be in the FIFOs then. A ``start`` that comes before they are given waits for that. A pixel a
     cycle, as long as the memory keeps pace.
 
-    FIFO: while a burst is on its way, :func:`golden.bandwidth.served_clocks` and the read latency, the matcher takes a word of each
-    plane in 16 cycles; :attr:`golden.bandwidth.Budget.matcher_depth`.
+    FIFO: while a burst is on its way, :func:`golden.video.bandwidth.served_clocks` and the read latency, the matcher takes a word of each
+    plane in 16 cycles; :attr:`golden.video.bandwidth.Budget.matcher_depth`.
 
     Memory: ``2 * (depth - 1) * 128`` bits.
 
     Parameters
     ----------
-    memory_map : :class:`golden.memory_map.MemoryMap`
+    memory_map : :class:`golden.video.memory_map.MemoryMap`
     burst : int
         Most words of a burst, a power of two.
     depth : int
@@ -206,7 +206,7 @@ class PairReader(wiring.Component):
 class PictureReader(wiring.Component):
     """The picture that is shown, disparities and grey levels, out of its slot to the monitor.
 
-    Golden: :meth:`golden.memory_map.MemoryMap.picture` of both planes.
+    Golden: :meth:`golden.video.memory_map.MemoryMap.picture` of both planes.
 
     ``fetch`` comes for a cycle as the monitor begins a picture; in the cycle after, ``shown_valid`` and ``shown_buffer`` say whether there
     is one, and where. A picture that is not over by then is cut: what is in the FIFOs and on its way is thrown away, and the next pixel is
@@ -215,13 +215,13 @@ class PictureReader(wiring.Component):
 
     Timing: a pixel a cycle, as long as the memory keeps pace.
 
-    FIFO: to bridge a stall, it must hold what the monitor takes in it: :attr:`golden.bandwidth.Budget.display_depth`.
+    FIFO: to bridge a stall, it must hold what the monitor takes in it: :attr:`golden.video.bandwidth.Budget.display_depth`.
 
     Memory: ``2 * (depth - 1) * 128`` bits.
 
     Parameters
     ----------
-    memory_map : :class:`golden.memory_map.MemoryMap`
+    memory_map : :class:`golden.video.memory_map.MemoryMap`
     config : :class:`golden.config.MatcherConfig`
     burst : int
         Most words of a burst, a power of two.

@@ -4,7 +4,7 @@ from amaranth import *
 from amaranth.lib import stream, wiring
 from amaranth.lib.wiring import In, Out
 
-from golden.memory_map import MemoryMap, Plane
+from golden.video.memory_map import MemoryMap, Plane
 
 from .arbiter import WritePort
 from .dma import LineScan, PixelPacker, WordFifo, line_number
@@ -143,7 +143,7 @@ class _PlaneWriter(wiring.Component):
 class FrameWriter(_PlaneWriter):
     """Camera frames into the buffers of a plane, the top field's lines in even rows, the bottom field's in odd ones.
 
-    Golden: :meth:`golden.memory_map.MemoryMap.words`.
+    Golden: :meth:`golden.video.memory_map.MemoryMap.words`.
 
     Control: ``begin`` for a cycle as a frame's first pixel waits; in the cycle after, ``accept`` and ``buffer`` say whether it is
     written, and where. Then ``complete`` for a cycle, when the memory has taken the frame's last word, so that later reads see all of
@@ -155,16 +155,17 @@ class FrameWriter(_PlaneWriter):
     After the last pixel, and after a frame that is abandoned, the next pixel waits until all bursts are written. ``i.ready`` depends
     combinationally on ``i``.
 
-    FIFO: a burst has to gather before it is asked for. Until its last word has left, :func:`golden.bandwidth.served_clocks`, words come at
+    FIFO: a burst has to gather before it is asked for. Until its last word has left, :func:`golden.video.bandwidth.served_clocks`, words
+    come at
     the camera's rate: ``depth >= burst + words in that time + 1``. For PAL, six masters and a stall of 100 us,
-    :attr:`golden.bandwidth.Budget.camera_depth` makes that 96.
+    :attr:`golden.video.bandwidth.Budget.camera_depth` makes that 96.
 
     Memory: ``(depth - 1) * 128`` bits.
 
     Parameters
     ----------
-    memory_map : :class:`golden.memory_map.MemoryMap`
-    plane : :class:`golden.memory_map.Plane`
+    memory_map : :class:`golden.video.memory_map.MemoryMap`
+    plane : :class:`golden.video.memory_map.Plane`
     burst : int
         Most words of a burst, a power of two.
     depth : int
@@ -190,7 +191,7 @@ class FrameWriter(_PlaneWriter):
 class PictureWriter(_PlaneWriter):
     """Pictures into the buffers of a plane, as :class:`FrameWriter` does, but line after line, and without ``drop``.
 
-    FIFO: its source waits, so it need only bridge what the other masters take, :attr:`golden.bandwidth.Budget.matcher_depth`.
+    FIFO: its source waits, so it need only bridge what the other masters take, :attr:`golden.video.bandwidth.Budget.matcher_depth`.
 
     Parameters
     ----------

@@ -7,7 +7,7 @@ from amaranth.lib import data, stream, wiring
 from amaranth.lib.cdc import FFSynchronizer
 from amaranth.lib.wiring import In, Out
 
-from golden.setup_steps import Failure
+from golden.video.setup_steps import Failure
 
 
 __all__ = ["I2cCommand", "I2cMaster", "I2cResponse"]

@@ -4,7 +4,7 @@ from amaranth import *
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
-from golden.pairing import LIVES
+from golden.video.pairing import LIVES
 
 from .buffers import CameraBuffers, Fetch, PairRead, PictureSlots, Writing
 
@@ -13,8 +13,10 @@ __all__ = ["BufferControl"]
 
 
 class BufferControl(wiring.Component):
-    """Which buffer each camera fills, which two frames are a pair, which picture is shown. Golden: :class:`golden.pairing.Pairing`, whose
-    module states the rule, its reasons and its promises; :meth:`golden.pairing.Pairing.clock` states the order of what comes in one cycle.
+    """Which buffer each camera fills, which two frames are a pair, which picture is shown. Golden: :class:`golden.video.pairing.Pairing`,
+    whose
+    module states the rule, its reasons and its promises; :meth:`golden.video.pairing.Pairing.clock` states the order of what comes in one
+    cycle.
 
     Whatever the memory does only delays: a pair is read for as long as it takes, and its buffers are left alone. A picture that is not
     finished ``life_clocks`` after its pair was read is given up, so that a picture that went missing does not stop the system.
@@ -25,7 +27,7 @@ class BufferControl(wiring.Component):
     Parameters
     ----------
     buffers : int
-        For each of the four kinds of pictures, from 2; :func:`golden.pairing.buffers_needed`.
+        For each of the four kinds of pictures, from 2; :func:`golden.video.pairing.buffers_needed`.
     window_clocks : int
         Greatest number of cycles between the beginnings of a pair's frames.
     life_clocks : int

@@ -6,8 +6,8 @@ from amaranth.lib.memory import Memory
 from amaranth.lib.wiring import In, Out
 
 from golden.config import PIXEL_BITS, MatcherConfig
-from golden.display import DisplayMode, colour_table, grey_level, placement
-from golden.formats import DisplayFormat
+from golden.video.display import DisplayMode, colour_table, grey_level, placement
+from golden.video.formats import DisplayFormat
 
 from .words import ShownPixel
 
@@ -134,7 +134,7 @@ class DisplaySettings(data.StructLayout):
 class PictureScan(wiring.Component):
     """Colours of the pixel that the display's counters point to. All of it is in the display's clock domain.
 
-    The golden model is :func:`golden.display.monitor_picture`. A picture pixel that is not there as it is needed is black, and so is
+    The golden model is :func:`golden.video.display.monitor_picture`. A picture pixel that is not there as it is needed is black, and so is
     the picture from there on. Words whose tag is not that of this frame are drained as fast as they come, and before the picture begins
     all that cannot be its first: after a reset of the display a tag may come back too early.
 

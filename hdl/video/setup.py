@@ -8,7 +8,7 @@ from amaranth.lib import data, wiring
 from amaranth.lib.memory import Memory
 from amaranth.lib.wiring import In, Out
 
-from golden.setup_steps import Chip, Drive, Failure, Lock, Poll, Write
+from golden.video.setup_steps import Chip, Drive, Failure, Lock, Poll, Write
 
 from .i2c import I2cMaster
 
@@ -39,7 +39,7 @@ class ChipSetup(wiring.Component):
     """Sets a chip up over an I2C bus of its own, and watches it from then on.
 
     The table is ``chip.setup``, walked once, then ``chip.watch``, walked every ``watch_seconds``. A step that fails for longer than its
-    own time ends the try: ``step`` and ``reason`` say which one and why (:meth:`golden.setup_steps.Chip.explain` puts it in words),
+    own time ends the try: ``step`` and ``reason`` say which one and why (:meth:`golden.video.setup_steps.Chip.explain` puts it in words),
     ``failures`` counts, and after ``pause_seconds`` the whole set-up begins again, pins and all. When ``tries`` tries in a row have failed,
     ``failed`` is set and nothing more happens until ``restart``. A failure while the chip is watched is counted too and begins such a row
     of tries anew.
@@ -53,7 +53,7 @@ class ChipSetup(wiring.Component):
 
     Parameters
     ----------
-    chip : :class:`golden.setup_steps.Chip`
+    chip : :class:`golden.video.setup_steps.Chip`
     clock_hz, bus_hz, stretch_seconds
         As :class:`I2cMaster` takes them.
     tries : int

@@ -6,7 +6,7 @@ from amaranth.lib.wiring import In, Out
 
 from golden.config import MINIMUM_BITS, MatcherConfig
 
-from ..stream import DisparityWord
+from ..matcher.stream import DisparityWord
 
 
 __all__ = ["ShownLabel"]

@@ -5,19 +5,19 @@ from amaranth.hdl import Fragment
 from amaranth.lib import stream, wiring
 from amaranth.lib.wiring import In, Out
 
-from golden.bandwidth import Budget, MemoryTiming
 from golden.config import Cost, MatcherConfig
 from golden.errors import UserError
-from golden.formats import PAL, CameraFormat, DisplayFormat
-from golden.memory_map import MemoryMap, Plane
-from golden.pairing import WINDOW, buffers_needed
-from golden.protocol import BAUD, FRAME_SECONDS
-from golden.registers import SETUPS, register_map
+from golden.host.protocol import BAUD, FRAME_SECONDS
+from golden.host.registers import SETUPS, register_map
+from golden.video.bandwidth import Budget, MemoryTiming
+from golden.video.formats import PAL, CameraFormat, DisplayFormat
+from golden.video.memory_map import MemoryMap, Plane
+from golden.video.pairing import WINDOW, buffers_needed
 
-from ..matcher import Matcher
-from ..registers import SerialRegisters
-from ..settings import defaults
-from ..stream import PixelPair, copy_flags
+from ..host.registers import SerialRegisters
+from ..matcher.matcher import Matcher
+from ..matcher.settings import defaults
+from ..matcher.stream import PixelPair, copy_flags
 from .arbiter import Arbiter
 from .bt656 import CameraInput
 from .buttons import Button
@@ -71,9 +71,11 @@ class PairFork(wiring.Component):
 class StereoSystem(wiring.Component):
     """Cameras, frame store, matcher and monitor, with the host's registers and the set-up of the video chips.
 
-    What the monitor shows is :func:`golden.display.monitor_picture` of :func:`golden.labelling.match` (with the cost ``FUSED`` of the
-    labels of :func:`golden.fused.match`, see :class:`hdl.video.shown_label.ShownLabel`) of the pair that :class:`golden.pairing.Pairing`
-    chose from what :func:`golden.bt656.decode` made of the cameras' bytes.
+    What the monitor shows is :func:`golden.video.display.monitor_picture` of :func:`golden.matcher.labelling.match` (with the cost
+    ``FUSED`` of the
+    labels of :func:`golden.matcher.fused.match`, see :class:`hdl.video.shown_label.ShownLabel`) of the pair that
+    :class:`golden.video.pairing.Pairing`
+    chose from what :func:`golden.video.bt656.decode` made of the cameras' bytes.
 
     The matcher's settings count from the next pair on, which picture is shown from the monitor's next frame on. Button 0 sets the
     chips up again, button 1 clears the counters. LEDs: 0 and 1 left and right video is good, 2 and 3 left and right decoder is locked, 4
@@ -90,7 +92,7 @@ class StereoSystem(wiring.Component):
     timing : :class:`MemoryTiming`
         ``clock_hz`` is that of ``sync``. What the memory cannot serve is refused: :class:`golden.errors.UserError`.
     baud : int
-        Of the registers' line. Its time-out is :data:`golden.protocol.FRAME_SECONDS` at :data:`golden.protocol.BAUD`.
+        Of the registers' line. Its time-out is :data:`golden.host.protocol.FRAME_SECONDS` at :data:`golden.host.protocol.BAUD`.
     setup_hz, bus_hz : int
         Rate of ``sync`` as the buttons and the set-up of the chips count their times, and of the I2C bus. In simulation a low one makes
         these times short.

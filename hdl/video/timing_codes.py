@@ -15,7 +15,7 @@ class TimingCode(data.StructLayout):
 
 
 class TimingCodes(wiring.Component):
-    """Finds the timing codes ``FF 00 00 XY`` and checks their protection bits; golden: :data:`golden.bt656.CORRECTED`.
+    """Finds the timing codes ``FF 00 00 XY`` and checks their protection bits; golden: :data:`golden.video.bt656.CORRECTED`.
 
     Codes differ from one another in four bits of XY at least: one wrong bit is corrected, two are seen.
 

@@ -4,9 +4,9 @@ from amaranth.lib import data
 from amaranth.lib.wiring import In, Out, Signature
 
 from golden.config import PIXEL_BITS, MatcherConfig
-from golden.memory_map import ADDRESS_BITS, WORD_BYTES
+from golden.video.memory_map import ADDRESS_BITS, WORD_BYTES
 
-from ..stream import FLAGS
+from ..matcher.stream import FLAGS
 
 
 __all__ = ["ADDRESS_BITS", "WORD_BYTES", "CameraWord", "LocalBus", "PlanePixel", "ShownPixel"]

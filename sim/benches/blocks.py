@@ -5,14 +5,14 @@ from amaranth.lib import wiring
 from amaranth.lib.wiring import Out
 
 from golden.config import Arithmetic, MatcherConfig
-from hdl.argmin import ComparatorTree
-from hdl.bec import Bec
-from hdl.cost import CostEnergy, Edata, SubPixelBuffers, SubPixels
-from hdl.lines import EdataMemory, LineStore
-from hdl.sequential import CostSummation, SequentialEngine
-from hdl.smooth import Smooth
-from hdl.stream import BecWord
-from hdl.timing import FrameTiming
+from hdl.matcher.frame_timing import FrameTiming
+from hdl.matcher.lines import EdataMemory, LineStore
+from hdl.matcher.sequential.argmin import ComparatorTree
+from hdl.matcher.sequential.bec import Bec
+from hdl.matcher.sequential.cost import CostEnergy, Edata, SubPixelBuffers, SubPixels
+from hdl.matcher.sequential.engine import CostSummation, SequentialEngine
+from hdl.matcher.sequential.smooth import Smooth
+from hdl.matcher.stream import BecWord
 
 
 __all__ = ["CONFIGS", "Blocks"]

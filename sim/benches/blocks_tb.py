@@ -9,17 +9,17 @@ import numpy as np
 from cocotb.clock import Clock
 from cocotb.triggers import ClockCycles, ReadOnly, RisingEdge
 
-from golden.argmin import comparator_tree
 from golden.config import WEIGHT_MAX
-from golden.labelling import cost_summation, labelling
-from golden.lines import edata_memory
-from golden.scenes import scene
-from golden.smooth import smooth
-from hdl.cost import BuffersWord, CostWord, EdataWord, SubPixelWord
-from hdl.smooth import LookUpTable, Smooth
-from hdl.stream import BecWord, ColumnWord, DisparityWord, PixelPair
-from sim.blocks import CONFIGS
-from sim.cases import (
+from golden.matcher.argmin import comparator_tree
+from golden.matcher.labelling import cost_summation, labelling
+from golden.matcher.lines import edata_memory
+from golden.matcher.smooth import smooth
+from golden.pictures.scenes import scene
+from hdl.matcher.sequential.cost import BuffersWord, CostWord, EdataWord, SubPixelWord
+from hdl.matcher.sequential.smooth import LookUpTable, Smooth
+from hdl.matcher.stream import BecWord, ColumnWord, DisparityWord, PixelPair
+from sim.benches.blocks import CONFIGS
+from sim.kit.cases import (
     bec_words,
     bec_words_of,
     between_frames,
@@ -35,7 +35,7 @@ from sim.cases import (
     pixel_words,
     sub_pixel_words,
 )
-from sim.cocotb_streams import check_rules, drain, sink, source
+from sim.kit.cocotb_streams import check_rules, drain, sink, source
 
 
 CONFIG = CONFIGS[os.environ["ARITHMETIC"]]

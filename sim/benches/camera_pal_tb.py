@@ -6,11 +6,11 @@ import cocotb
 import numpy as np
 from cocotb.triggers import ClockCycles, RisingEdge
 
-from golden.bt656 import clip, encode
-from golden.formats import PAL
+from golden.video.bt656 import clip, encode
+from golden.video.formats import PAL
 from hdl.video.bt656 import CameraInput
-from sim.camera_tb import PERIODS, SYNC_PERIOD, counters, start, words_of
-from sim.cocotb_streams import check_rules
+from sim.benches.camera_tb import PERIODS, SYNC_PERIOD, counters, start, words_of
+from sim.kit.cocotb_streams import check_rules
 from sim.models.camera import frames_of, play_cocotb
 
 

@@ -8,10 +8,10 @@ from cocotb.clock import Clock
 from cocotb.triggers import ClockCycles, Timer
 
 from hdl.video.words import CameraWord
-from sim.cases import comparable
-from sim.cocotb_streams import check_rules, drain, sink
+from sim.benches.test_camera import FORMAT
+from sim.kit.cases import comparable
+from sim.kit.cocotb_streams import check_rules, drain, sink
 from sim.models.camera import FAULTS, Camera, frames_of, play_cocotb
-from sim.test_camera import FORMAT
 
 
 # Picoseconds: 27 MHz, a camera 100 ppm slower, and 75 MHz.

@@ -10,8 +10,8 @@ from cocotb.triggers import ClockCycles, ReadOnly, RisingEdge
 
 from golden.config import MatcherConfig
 from hdl.video.words import ShownPixel
-from sim.cases import pack
-from sim.display_cases import FORMATS, Fetch, shown_pictures, shown_words
+from sim.kit.cases import pack
+from sim.kit.display_cases import FORMATS, Fetch, shown_pictures, shown_words
 from sim.models.monitor import PINS, Monitor, watch_cocotb
 
 

@@ -3,12 +3,12 @@
 import numpy as np
 
 from golden.config import Arithmetic, Cost, MatcherConfig
-from golden.scenes import scene
+from golden.pictures.scenes import scene
 from hdl.emit import write_verilog
-from hdl.matcher import Matcher
+from hdl.matcher.matcher import Matcher
 
-from .cases import noise
-from .harness import configured, mismatches, simulate
+from ..kit.cases import noise
+from ..kit.harness import configured, mismatches, simulate
 
 
 __all__ = ["MatcherBench", "names", "pictures"]

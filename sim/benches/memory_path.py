@@ -5,7 +5,7 @@ from amaranth.lib import wiring
 from amaranth.lib.wiring import Out
 
 from golden.config import MatcherConfig
-from golden.memory_map import MemoryMap, Plane
+from golden.video.memory_map import MemoryMap, Plane
 from hdl.video.arbiter import Arbiter
 from hdl.video.frame_read import PairReader, PictureReader
 from hdl.video.frame_write import FrameWriter, PictureWriter

@@ -10,14 +10,14 @@ from cocotb.clock import Clock
 from cocotb.triggers import ClockCycles, ReadOnly, RisingEdge
 
 from golden.config import MatcherConfig
-from golden.memory_map import MemoryMap
-from hdl.stream import PixelPair
+from golden.video.memory_map import MemoryMap
+from hdl.matcher.stream import PixelPair
 from hdl.video.words import CameraWord, PlanePixel, ShownPixel
-from sim.cases import comparable, noise, pack, pixel_words
-from sim.cocotb_streams import check_rules, drain, sink, source
+from sim.kit.cases import comparable, noise, pack, pixel_words
+from sim.kit.cocotb_streams import check_rules, drain, sink, source
+from sim.kit.video_cases import camera_words, plane_words, shown_words
 from sim.models.cocotb_ddr2 import serve
 from sim.models.ddr2 import Ddr2Timing, LocalMemory
-from sim.video_cases import camera_words, plane_words, shown_words
 
 
 WIDTH, HEIGHT, SIZE, DEPTH = json.loads(os.environ["PATH_SIZE"])

@@ -1,4 +1,4 @@
-"""The cocotb half of the test of :mod:`sim.cocotb_streams`: words through a register stage."""
+"""The cocotb half of the test of :mod:`sim.kit.cocotb_streams`: words through a register stage."""
 
 import os
 import random
@@ -7,7 +7,7 @@ import cocotb
 from cocotb.clock import Clock
 from cocotb.triggers import ClockCycles
 
-from sim.cocotb_streams import check_rules, drain, sink, source
+from sim.kit.cocotb_streams import check_rules, drain, sink, source
 
 
 @cocotb.test()

@@ -7,8 +7,8 @@ from random import Random
 
 from cocotb.triggers import ClockCycles
 
+from sim.benches.system_rig import NO_CLOCK, NO_SIGNAL, Rig
 from sim.models.i2c_chips import Fault as ChipFault
-from sim.system_rig import NO_CLOCK, NO_SIGNAL, Rig
 
 
 __all__ = ["FAULTS", "Fault"]

@@ -10,14 +10,14 @@ import numpy as np
 from cocotb.clock import Clock
 from cocotb.triggers import RisingEdge, Timer
 
-from golden.bt656 import BLANK_CHROMA, BLANK_LUMA, clip
 from golden.config import Cost
-from golden.display import DisplayMode, monitor_picture
-from golden.matcher import disparities
-from golden.protocol import BAUD, FRAME_BYTES, FRAME_SECONDS, Operation, Request, Status, encode_request, first_reply
-from golden.registers import register_map
-from golden.scenes import scene
-from golden.setup_steps import TVP5154
+from golden.host.protocol import BAUD, FRAME_BYTES, FRAME_SECONDS, Operation, Request, Status, encode_request, first_reply
+from golden.host.registers import register_map
+from golden.matcher.matcher import disparities
+from golden.pictures.scenes import scene
+from golden.video.bt656 import BLANK_CHROMA, BLANK_LUMA, clip
+from golden.video.display import DisplayMode, monitor_picture
+from golden.video.setup_steps import TVP5154
 from sim.models.camera import STANDS, Camera, play_cocotb
 from sim.models.cocotb_ddr2 import serve
 from sim.models.ddr2 import Ddr2Timing, LocalMemory

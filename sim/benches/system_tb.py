@@ -10,11 +10,11 @@ import numpy as np
 from cocotb.triggers import ClockCycles
 
 from golden.config import Cost
-from golden.display import DisplayMode
-from golden.registers import IDENTITY
+from golden.host.registers import IDENTITY
+from golden.video.display import DisplayMode
+from sim.benches.system_faults import FAULTS
+from sim.benches.system_rig import SIDES, Rig
 from sim.models.ddr2 import Ddr2Timing
-from sim.system_faults import FAULTS
-from sim.system_rig import SIDES, Rig
 
 
 HOSTILE = Ddr2Timing(busy=0.4, refresh=(300, 24))

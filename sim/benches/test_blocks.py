@@ -4,8 +4,8 @@ import pytest
 from amaranth.lib.wiring import In
 
 from hdl.emit import write_verilog
-from sim.blocks import CONFIGS, Blocks
-from sim.simulators import SIMULATORS, build, run
+from sim.benches.blocks import CONFIGS, Blocks
+from sim.kit.simulators import SIMULATORS, build, run
 
 
 # Benches in blocks_tb.py: ten with and without stalls, four without a stream to stall.
@@ -19,5 +19,6 @@ def test_blocks(simulator, arithmetic, tmp_path):
     inputs = ["__".join(path) for path, member, _ in blocks.signature.flatten(blocks) if member.flow is In]
     source = write_verilog(blocks, tmp_path / "blocks.v", name="blocks")
     build(simulator, [source], "blocks", tmp_path / simulator)
-    ran = run(simulator, "blocks", tmp_path / simulator, "sim.blocks_tb", env={"ARITHMETIC": arithmetic, "INPUTS": " ".join(inputs)})
+    ran = run(simulator, "blocks", tmp_path / simulator, "sim.benches.blocks_tb",
+              env={"ARITHMETIC": arithmetic, "INPUTS": " ".join(inputs)})
     assert ran == TESTS

@@ -6,8 +6,8 @@ The real video system is only read here: ``system_tb.py`` runs it.
 import pytest
 
 from hdl.build import main
+from sim.kit.simulators import ROOT, SIMULATORS, STUBS, SimulationError, build, lint, run
 from sim.models.board_core import board_project
-from sim.simulators import ROOT, SIMULATORS, STUBS, SimulationError, build, lint, run
 
 
 TESTS = 8
@@ -23,7 +23,7 @@ def verilog(tmp_path_factory):
 def test_pins(verilog, tmp_path):
     """On Icarus: Verilator knows no pull-up that several drivers share."""
     build("icarus", [verilog, ROOT / "sim" / "board.v", *STUBS], "board", tmp_path)
-    assert run("icarus", "board", tmp_path, "sim.board_tb") == TESTS
+    assert run("icarus", "board", tmp_path, "sim.benches.board_tb") == TESTS
 
 
 @pytest.mark.parametrize("simulator", SIMULATORS)

@@ -2,10 +2,10 @@
 
 import pytest
 
-from golden.formats import PAL, CameraFormat
+from golden.video.formats import PAL, CameraFormat
 from hdl.emit import write_verilog
 from hdl.video.bt656 import CameraInput
-from sim.simulators import build, run
+from sim.kit.simulators import build, run
 
 
 FORMAT = CameraFormat(width=6, field_lines=3, blanking=6, before_top=2, after_top=1, before_bottom=1, after_bottom=1)
@@ -17,11 +17,11 @@ TESTS = 2 + 2
 def test_camera(tmp_path):
     source = write_verilog(CameraInput(FORMAT, "camera", depth=16), tmp_path / "camera_input.v", name="camera_input")
     build("icarus", [source], "camera_input", tmp_path / "icarus")
-    assert run("icarus", "camera_input", tmp_path / "icarus", "sim.camera_tb") == TESTS
+    assert run("icarus", "camera_input", tmp_path / "icarus", "sim.benches.camera_tb") == TESTS
 
 
 @pytest.mark.slow
 def test_camera_at_full_size(tmp_path):
     source = write_verilog(CameraInput(PAL, "camera"), tmp_path / "camera_input.v", name="camera_input")
     build("verilator", [source], "camera_input", tmp_path / "verilator")
-    assert run("verilator", "camera_input", tmp_path / "verilator", "sim.camera_pal_tb") == 1
+    assert run("verilator", "camera_input", tmp_path / "verilator", "sim.benches.camera_pal_tb") == 1

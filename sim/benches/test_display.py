@@ -6,8 +6,8 @@ from amaranth.lib.wiring import In
 from golden.config import MatcherConfig
 from hdl.emit import write_verilog
 from hdl.video.dvi import DisplayOutput
-from sim.display_cases import FORMATS
-from sim.simulators import build, run
+from sim.kit.display_cases import FORMATS
+from sim.kit.simulators import build, run
 
 
 def bench(simulator, name, size, folder, *, disparities, depth, plans):
@@ -18,7 +18,7 @@ def bench(simulator, name, size, folder, *, disparities, depth, plans):
     build(simulator, [source], "display_output", folder)
     env = {"DISPLAY_FORMAT": name, "SIZE": f"{size[0]} {size[1]}", "DISPARITIES": disparities, "INPUTS": " ".join(inputs)}
     for modes in plans:
-        assert run(simulator, "display_output", folder, "sim.display_tb", env={**env, "MODES": modes}) == 1
+        assert run(simulator, "display_output", folder, "sim.benches.display_tb", env={**env, "MODES": modes}) == 1
 
 
 def test_small(tmp_path):

@@ -5,11 +5,11 @@ import dataclasses
 import numpy as np
 import pytest
 
-from golden import fused
 from golden.config import Arithmetic, Cost, Engine, FusedParameters, MatcherConfig, Refinement
-from golden.parameters import NAMED
-from golden.scenes import discriminates
-from sim.matcher_bench import MatcherBench, names, pictures
+from golden.matcher import fused
+from golden.matcher.parameters import NAMED
+from golden.pictures.scenes import discriminates
+from sim.benches.matcher_bench import MatcherBench, names, pictures
 
 from .test_matcher import middlebury
 

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from golden.config import MatcherConfig
-from sim.harness import simulate
-from sim.simulators import SIMULATORS, SimulationError, build, run
+from sim.kit.harness import simulate
+from sim.kit.simulators import SIMULATORS, SimulationError, build, run
 
 
 CONFIG = MatcherConfig(disparities=16)
@@ -98,10 +98,10 @@ def test_fault_is_seen(tmp_path, fault):
 @pytest.mark.parametrize("fault", [None, "payload changes while stalled", "valid drops", "valid waits for ready", "unknown bit",
                                    "word is invented"])
 def test_cocotb_drivers(tmp_path, stall, fault):
-    """The drivers of :mod:`sim.cocotb_streams` on the stand-in."""
+    """The drivers of :mod:`sim.kit.cocotb_streams` on the stand-in."""
     changes = FAULTS[fault][0] if fault else {}
     build("icarus", [stand_in(tmp_path, **changes)], "matcher", tmp_path / "icarus", debug=True)
-    arguments = ("icarus", "matcher", tmp_path / "icarus", "sim.streams_tb")
+    arguments = ("icarus", "matcher", tmp_path / "icarus", "sim.benches.streams_tb")
     # Who never stalls cannot see whether `valid` waits.
     if fault is None or (fault == "valid waits for ready" and stall == 0):
         assert run(*arguments, env={"STALL": stall}) == 1
@@ -112,7 +112,7 @@ def test_cocotb_drivers(tmp_path, stall, fault):
 
 def test_missing_bench_is_told(tmp_path):
     build("icarus", [stand_in(tmp_path)], "matcher", tmp_path / "icarus")
-    for module in ("sim.none_tb", "sim.simulators"):   # no such module; a module without tests
+    for module in ("sim.none_tb", "sim.kit.simulators"):   # no such module; a module without tests
         with pytest.raises(SimulationError, match=r"ended abnormally|no test"):
             run("icarus", "matcher", tmp_path / "icarus", module)
 

@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 
 from golden.config import Arithmetic, Engine, MatcherConfig
-from golden.dataset import data_folder, load_pair
 from golden.errors import UserError
-from golden.labelling import match
-from golden.scenes import discriminates
-from sim.matcher_bench import MatcherBench, names, pictures
+from golden.matcher.labelling import match
+from golden.pictures.dataset import data_folder, load_pair
+from golden.pictures.scenes import discriminates
+from sim.benches.matcher_bench import MatcherBench, names, pictures
 
 
 def config(disparities, arithmetic, fraction_bits=3, **settings):

@@ -6,10 +6,10 @@ import pytest
 from amaranth.lib.wiring import In
 
 from golden.config import MatcherConfig
-from golden.memory_map import MemoryMap
+from golden.video.memory_map import MemoryMap
 from hdl.emit import write_verilog
-from sim.memory_path import MemoryPath
-from sim.simulators import build, run
+from sim.benches.memory_path import MemoryPath
+from sim.kit.simulators import build, run
 
 
 @pytest.mark.parametrize("width, height, burst, size, depth", [(37, 6, 16, 1, 32), (40, 4, 2, 4, 6)])
@@ -19,4 +19,4 @@ def test_memory_path(width, height, burst, size, depth, tmp_path):
     source = write_verilog(path, tmp_path / "memory_path.v", name="memory_path")
     build("icarus", [source], "memory_path", tmp_path / "icarus")
     env = {"PATH_SIZE": json.dumps([width, height, size, depth]), "INPUTS": " ".join(inputs)}
-    assert run("icarus", "memory_path", tmp_path / "icarus", "sim.memory_path_tb", env=env) == 2
+    assert run("icarus", "memory_path", tmp_path / "icarus", "sim.benches.memory_path_tb", env=env) == 2

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from golden.formats import DisplayFormat
+from golden.video.formats import DisplayFormat
 from sim.models.monitor import PINS, Monitor, TimingError
 
 

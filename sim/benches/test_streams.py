@@ -6,7 +6,7 @@ from amaranth import *
 from amaranth.lib import data, stream, wiring
 from amaranth.lib.wiring import In, Out
 
-from sim.streams import run_stream
+from sim.kit.streams import run_stream
 
 
 WORD = data.StructLayout({"value": 8, "last": 1})

@@ -6,9 +6,9 @@ import re
 import numpy as np
 import pytest
 
-from golden.images import read_picture, write_picture
+from golden.pictures.images import read_picture, write_picture
+from sim.benches.system_faults import FAULTS
 from sim.system import SIZES, main, run_small
-from sim.system_faults import FAULTS
 
 
 #: Those that every run of the tests goes through; the others are slow together.

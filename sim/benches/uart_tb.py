@@ -7,10 +7,10 @@ import cocotb
 from cocotb.clock import Clock
 from cocotb.triggers import ClockCycles, RisingEdge
 
-from golden.protocol import FRAME_BYTES, Operation, Reply, Request, Status, decode_reply, encode_request
-from golden.registers import register_map
-from hdl.registers import ParameterLayout, StatusLayout
-from sim.cases import pack
+from golden.host.protocol import FRAME_BYTES, Operation, Reply, Request, Status, decode_reply, encode_request
+from golden.host.registers import register_map
+from hdl.host.registers import ParameterLayout, StatusLayout
+from sim.kit.cases import pack
 from sim.models.uart import UartHost
 
 

@@ -4,7 +4,7 @@ from amaranth import *
 from amaranth.lib import wiring
 from amaranth.lib.wiring import Out
 
-from golden.setup_steps import TFP410, TVP5154
+from golden.video.setup_steps import TFP410, TVP5154
 from hdl.video.setup import ChipSetup
 
 

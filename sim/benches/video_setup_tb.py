@@ -4,11 +4,11 @@ import cocotb
 from cocotb.clock import Clock
 from cocotb.triggers import ClockCycles, RisingEdge, Timer, ValueChange, with_timeout
 
-from golden.setup_steps import TFP410, TVP5154, Failure, Write
+from golden.video.setup_steps import TFP410, TVP5154, Failure, Write
+from sim.benches.video_setup import CLOCK_HZ
 from sim.models.i2c import I2cBus, cocotb_bus
 from sim.models.i2c_chips import Fault
 from sim.models.video_chips import Tfp410, Tvp5154
-from sim.video_setup import CLOCK_HZ
 
 
 async def start(dut):

@@ -6,14 +6,14 @@ What one stage gives the next one is given. Amaranth's simulator takes the paylo
 import numpy as np
 from amaranth.lib import data
 
-from golden.census import census
-from golden.confidence import confidence
-from golden.cost import cost_energy, delayed, local_disparity, matching_cost, sub_pixel_buffers, sub_pixels
-from golden.fused import match as match_fused
-from golden.fused import stages
-from golden.lines import line_store
-from golden.refine import median
-from hdl.stream import line_names
+from golden.matcher.census import census
+from golden.matcher.confidence import confidence
+from golden.matcher.cost import cost_energy, delayed, local_disparity, matching_cost, sub_pixel_buffers, sub_pixels
+from golden.matcher.fused import match as match_fused
+from golden.matcher.fused import stages
+from golden.matcher.lines import line_store
+from golden.matcher.refine import median
+from hdl.matcher.stream import line_names
 
 
 __all__ = ["bec_words", "bec_words_of", "between_frames", "buffers_words", "camera", "census_words", "checked_words", "column_words",
@@ -41,13 +41,13 @@ def _places(shape, beyond=0):
 
 
 def pixel_words(left, right):
-    """Payloads of :class:`hdl.stream.PixelPair`."""
+    """Payloads of :class:`hdl.matcher.stream.PixelPair`."""
     left, right = np.asarray(left).tolist(), np.asarray(right).tolist()
     return [{"left": left[y][x], "right": right[y][x], **flags} for y, x, flags in _places(np.shape(left))]
 
 
 def column_words(left, right, rows=3):
-    """Payloads of :class:`hdl.stream.ColumnWord`."""
+    """Payloads of :class:`hdl.matcher.stream.ColumnWord`."""
     lines = {side: line_store(picture, rows).tolist() for side, picture in (("left", left), ("right", right))}
     names = line_names(rows)
     return [{**{side: dict(zip(names, line[y][x])) for side, line in lines.items()}, "below": 0, **flags}
@@ -55,7 +55,7 @@ def column_words(left, right, rows=3):
 
 
 def census_words(left, right, config):
-    """Payloads of :class:`hdl.stream.CensusWord`."""
+    """Payloads of :class:`hdl.matcher.stream.CensusWord`."""
     left_census, right_census = (census(picture, config.fused).tolist() for picture in (left, right))
     above = {"above": line_store(left, 5)[..., 0].tolist()} if config.vertical else {}
     return [{**word, "left_census": left_census[y][x], "right_census": right_census[y][x],
@@ -64,7 +64,8 @@ def census_words(left, right, config):
 
 
 def engine_words(left, right, config):
-    """Payloads of the streaming engine's input, cost ``FUSED``: :class:`hdl.stream.CensusWord`, the lines below behind the last one."""
+    """Payloads of the streaming engine's input, cost ``FUSED``: :class:`hdl.matcher.stream.CensusWord`, the lines below behind the last
+    one."""
     right = delayed(right, config.minimum)
     height, width = np.shape(left)
     words = [{**word, "end": 0} for word in census_words(left, right, config)]
@@ -82,7 +83,7 @@ def engine_words(left, right, config):
 
 
 def checked_words(left, right, config):
-    """Payloads of the streaming engine's output, cost ``FUSED``: :class:`hdl.stream.LabelWord`."""
+    """Payloads of the streaming engine's output, cost ``FUSED``: :class:`hdl.matcher.stream.LabelWord`."""
     result = stages(left, right, config)
     label = result.found.tolist()
     return [{"label": label[y][x], "passed": int(result.passed[y, x]), "size": int(result.n[y, x]).bit_length(), **flags}
@@ -90,7 +91,7 @@ def checked_words(left, right, config):
 
 
 def fused_words(left, right, config):
-    """Payloads of :class:`hdl.stream.DisparityWord`, cost ``FUSED``."""
+    """Payloads of :class:`hdl.matcher.stream.DisparityWord`, cost ``FUSED``."""
     result = match_fused(left, right, config)
     parts = {name: getattr(result, name).tolist() for name in ("disparity", "passed", "confidence")}
     return [{**{name: int(part[y][x]) for name, part in parts.items()}, **flags} for y, x, flags in _places(np.shape(left))]
@@ -102,7 +103,7 @@ def _beside(left, y, x):
 
 
 def sub_pixel_words(left, right, config):
-    """Payloads of :class:`hdl.cost.SubPixelWord`: one word more a line than it has pixels."""
+    """Payloads of :class:`hdl.matcher.sequential.cost.SubPixelWord`: one word more a line than it has pixels."""
     parts = {side: dict(zip(PARTS, sub_pixels(picture, config))) for side, picture in (("left", left), ("right", right))}
     return [{**{side: {name: int(part[y, x]) for name, part in parts[side].items()} for side in parts},
              **_beside(left, y, x), "beyond": int(x == np.shape(left)[1]), **flags} for y, x, flags in _places(np.shape(left), beyond=1)]
@@ -120,7 +121,7 @@ def _inside(x, config):
 
 
 def buffers_words(left, right, config):
-    """Payloads of :class:`hdl.cost.BuffersWord`; see :func:`comparable`."""
+    """Payloads of :class:`hdl.matcher.sequential.cost.BuffersWord`; see :func:`comparable`."""
     left_parts, right_parts = _by_label(left, right, config)
     return [{"left": {name: int(part[y, x, 0]) for name, part in zip(PARTS, left_parts)},
              "right": [{name: int(part[y, x, d]) for name, part in zip(PARTS, right_parts)} for d in range(config.disparities)],
@@ -129,7 +130,7 @@ def buffers_words(left, right, config):
 
 
 def cost_words(left, right, config):
-    """Payloads of :class:`hdl.cost.CostWord`; see :func:`comparable`."""
+    """Payloads of :class:`hdl.matcher.sequential.cost.CostWord`; see :func:`comparable`."""
     costs = cost_energy(*_by_label(left, right, config))
     return [{"cost": [{name: int(cost[y, x, d]) for name, cost in zip(PARTS, costs)} for d in range(config.disparities)],
              "inside": _inside(x, config), **_beside(left, y, x), "beyond": int(x == np.shape(left)[1]), **flags}
@@ -137,13 +138,13 @@ def cost_words(left, right, config):
 
 
 def edata_words(left, right, config):
-    """Payloads of :class:`hdl.cost.EdataWord`."""
+    """Payloads of :class:`hdl.matcher.sequential.cost.EdataWord`."""
     cost = matching_cost(left, right, config)
     return [{"cost": cost[y, x].tolist(), **_beside(left, y, x), **flags} for y, x, flags in _places(np.shape(left))]
 
 
 def bec_words(cost, local, left, seed=0):
-    """Payloads of :class:`hdl.stream.BecWord`; what stands above the first line is noise, as nothing may depend on it."""
+    """Payloads of :class:`hdl.matcher.stream.BecWord`; what stands above the first line is noise, as nothing may depend on it."""
     rng = np.random.default_rng(seed)
     upper = np.vstack([rng.integers(0, 256, (1, np.shape(left)[1])), np.asarray(left)[:-1]])
     return [{"cost": cost[y, x].tolist(), "local": int(local[y, x]), "pixel": int(left[y, x]), "upper": int(upper[y, x]), **flags}
@@ -158,18 +159,19 @@ def bec_words_of(left, right, config):
 
 
 def disparity_words(labels):
-    """Payloads of :class:`hdl.stream.DisparityWord`."""
+    """Payloads of :class:`hdl.matcher.stream.DisparityWord`."""
     return [{"disparity": int(labels[y, x]), **flags} for y, x, flags in _places(np.shape(labels))]
 
 
 def label_words(labels, passed, n):
-    """Payloads of :class:`hdl.stream.LabelWord`."""
+    """Payloads of :class:`hdl.matcher.stream.LabelWord`."""
     return [{"label": int(labels[y, x]), "passed": int(passed[y, x]), "size": int(n[y, x]).bit_length(), **flags}
             for y, x, flags in _places(np.shape(labels))]
 
 
 def refined_words(filled, passed, n, config, *, enable=True, minimum=0):
-    """Payloads of :class:`hdl.stream.DisparityWord` of the cost ``FUSED``: what the median and the confidence make of filled labels."""
+    """Payloads of :class:`hdl.matcher.stream.DisparityWord` of the cost ``FUSED``: what the median and the confidence make of filled
+    labels."""
     result = median(filled, config.fused.median) if enable else filled
     sure = confidence(result, filled, passed, n, config.disparity_scale)
     return [{"disparity": int(result[y, x]) + minimum * config.disparity_scale, "passed": int(passed[y, x]), "confidence": int(sure[y, x]),

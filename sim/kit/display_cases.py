@@ -4,8 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from golden.display import monitor_picture, placement
-from golden.formats import DISPLAYS, DisplayFormat
+from golden.video.display import monitor_picture, placement
+from golden.video.formats import DISPLAYS, DisplayFormat
 
 
 __all__ = ["FORMATS", "SMALL_DISPLAY", "Fetch", "mode_name", "seen", "shown_pictures", "shown_words"]
@@ -40,7 +40,7 @@ def shown_words(disparity, left, halves=False):
 
 
 def seen(disparity, left, display, mode, colour, labels, words=None):
-    """:func:`golden.display.monitor_picture` if only the first ``words`` words came in time: black from the next one's place on."""
+    """:func:`golden.video.display.monitor_picture` if only the first ``words`` words came in time: black from the next one's place on."""
     height, width = disparity.shape
     columns, lines = placement(display, width, height, mode)
     came = np.arange(height * width).reshape(height, width) < (height * width if words is None else words)

@@ -18,7 +18,7 @@ def run_frames(dut, frames, *, rng, stall_i=0.0, stall_o=0.0, drain=64, timeout=
     frames : sequence of (list of payloads, dict)
         Words of a frame and the plain inputs that it is to be sampled with, by member name; the same names for all.
     stall_i, stall_o, drain, timeout, cycles
-        As of :func:`sim.streams.run_stream`.
+        As of :func:`sim.kit.streams.run_stream`.
     """
     count = sum(len(words) for words, _ in frames)
     taken: list = []

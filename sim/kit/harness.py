@@ -12,14 +12,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from golden import fused, labelling
 from golden.config import Cost, MatcherConfig
 from golden.errors import UserError
-from golden.text import read_text, write_text
+from golden.matcher import fused, labelling
+from golden.pictures.text import read_text, write_text
 from hdl.emit import write_verilog
-from hdl.matcher import Matcher
-from hdl.settings import defaults
-from hdl.stream import FLAGS, DisparityWord
+from hdl.matcher.matcher import Matcher
+from hdl.matcher.settings import defaults
+from hdl.matcher.stream import FLAGS, DisparityWord
 
 from .simulators import SimulationError, build, run
 
@@ -181,13 +181,14 @@ def simulate(config: MatcherConfig, lefts, rights, *, simulator: str, work_dir: 
     lefts, rights : sequence of (H, W) uint8 ndarray
         Grey levels, as many of both; frames may differ in size.
     simulator : str
-        One of :data:`sim.simulators.SIMULATORS`.
+        One of :data:`sim.kit.simulators.SIMULATORS`.
     work_dir : path
         Folder for Verilog, builds, text pictures and logs. A build that is there is used again if nothing has changed.
     stall_i, stall_o : float
         Chance of an idle clock before a pixel pair, of a clock in which no disparity is taken; rounded to 1/256, below 1.
     settings : dict of str to int
-        Given to the inputs of these names, see :func:`hdl.settings.setting_ports`, the others as ``config`` has them; by default none is
+        Given to the inputs of these names, see :func:`hdl.matcher.settings.setting_ports`, the others as ``config`` has them; by default
+        none is
         set and those that are built in hold.
     seed : int
         Of the stalls.
@@ -238,7 +239,7 @@ def simulate(config: MatcherConfig, lefts, rights, *, simulator: str, work_dir: 
 
     stage(f"Simulating with {simulator}")
     with _watch(files["output"], progress):
-        run(simulator, _TOP, folder, "sim.harness_tb", plusargs=plusargs, waves=waves_file)
+        run(simulator, _TOP, folder, "sim.kit.harness_tb", plusargs=plusargs, waves=waves_file)
     report, frames, seconds = _read_report(files["report"])
     _check(report, sum(np.size(left) for left in lefts), len(lefts))
     try:

@@ -26,7 +26,7 @@ __all__ = ["ROOT", "SIMULATORS", "STUBS", "SimulationError", "build", "lint", "r
 SIMULATORS = ("verilator", "icarus")
 
 #: Folder that holds the project's packages: Python inside a simulator must find them.
-ROOT = Path(__file__).resolve().parent.parent
+ROOT = Path(__file__).resolve().parents[2]
 
 #: Stand-ins for the blocks of Altera that a board's top level is made of.
 STUBS = tuple(sorted((ROOT / "sim" / "stubs").glob("*.v")))

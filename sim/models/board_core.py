@@ -6,11 +6,11 @@ from amaranth import *
 from amaranth.lib import wiring
 from amaranth.lib.fifo import AsyncFIFOBuffered
 
-from golden.bandwidth import Budget
+from boards.cyclone3.project import quartus_project
 from golden.config import MatcherConfig
-from golden.formats import DISPLAYS
-from hdl.matcher import Matcher
-from hdl.quartus import quartus_project
+from golden.video.bandwidth import Budget
+from golden.video.formats import DISPLAYS
+from hdl.matcher.matcher import Matcher
 from hdl.video.ports import SystemPorts
 
 

@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 from cocotb.triggers import Timer
 
-from golden.bt656 import BLANK_CHROMA, BLANK_LUMA, LUMA_MAX, LUMA_MIN, clip, encode
-from golden.formats import CameraFormat
+from golden.video.bt656 import BLANK_CHROMA, BLANK_LUMA, LUMA_MAX, LUMA_MIN, clip, encode
+from golden.video.formats import CameraFormat
 
 
 __all__ = ["FAULTS", "STANDS", "Camera", "Fault", "frames_of", "play", "play_cocotb"]

@@ -5,7 +5,7 @@ from collections import deque
 import numpy as np
 from amaranth.hdl import Cat
 
-from golden.formats import DisplayFormat
+from golden.video.formats import DisplayFormat
 
 
 __all__ = ["PINS", "Monitor", "TimingError", "watch_amaranth", "watch_cocotb"]

@@ -4,7 +4,7 @@ from collections import deque
 
 from amaranth.sim import Simulator
 
-from hdl.registers import SerialRegisters
+from hdl.host.registers import SerialRegisters
 
 
 __all__ = ["SimulatedChip", "UartHost"]
@@ -127,7 +127,7 @@ class UartHost:
 
 
 class SimulatedChip:
-    """The registers behind their serial line in Amaranth's simulator, as the transport of :class:`hdl.console.Chip`.
+    """The registers behind their serial line in Amaranth's simulator, as the transport of :class:`hdl.host.console.Chip`.
 
     Time is the chip's: a wait of a second is one of ``clock_hz`` cycles.
 

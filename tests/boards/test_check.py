@@ -2,9 +2,9 @@ import re
 
 import pytest
 
-from boards.cyclone3 import BALLS, BANK_VOLTS, CLOCK_BALLS
-from golden.formats import DISPLAYS
-from hdl.project import check_project
+from boards.cyclone3.check import check_project
+from boards.cyclone3.platform import BALLS, BANK_VOLTS, CLOCK_BALLS
+from golden.video.formats import DISPLAYS
 from sim.models.board_core import board_project
 
 

@@ -5,8 +5,8 @@ from amaranth import *
 from amaranth.hdl import Elaboratable
 from amaranth.lib import io
 
-from boards import cyclone3
-from boards.cyclone3 import BALLS, BANK_VOLTS, CLOCK_BALLS, Cyclone3Platform
+from boards.cyclone3 import platform as cyclone3
+from boards.cyclone3.platform import BALLS, BANK_VOLTS, CLOCK_BALLS, Cyclone3Platform
 
 
 RESOURCES = [(resource.name, resource.number) for resource in Cyclone3Platform.resources]

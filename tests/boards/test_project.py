@@ -2,7 +2,7 @@ import re
 
 import pytest
 
-from golden.formats import DISPLAYS
+from golden.video.formats import DISPLAYS
 from hdl.verilog import modules
 from sim.models.board_core import board_project
 

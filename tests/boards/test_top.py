@@ -6,14 +6,14 @@ import pytest
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
-from boards.cyclone3 import MEMORY_CLOCK_MHZ
-from golden.formats import DISPLAYS
-from hdl.top import BoardTop, pll_ratio
+from boards.cyclone3.platform import MEMORY_CLOCK_MHZ
+from boards.cyclone3.top import BoardTop, pll_ratio
+from golden.video.formats import DISPLAYS
 from hdl.verilog import modules
 from hdl.video.ports import DOMAINS, SystemPorts
 from hdl.video.words import LocalBus
+from sim.kit.simulators import STUBS
 from sim.models.board_core import board_project
-from sim.simulators import STUBS
 
 
 def top(display="720x576"):

@@ -9,12 +9,12 @@ from PIL import Image
 
 from golden.__main__ import main
 from golden.config import MatcherConfig, Refinement
-from golden.fused import match as match_fused
-from golden.images import read_picture, write_picture
-from golden.labelling import match
-from golden.metrics import bad_pixels
-from golden.scenes import scene
-from tests.data_pairs import reduced_motorcycle
+from golden.matcher.fused import match as match_fused
+from golden.matcher.labelling import match
+from golden.pictures.images import read_picture, write_picture
+from golden.pictures.metrics import bad_pixels
+from golden.pictures.scenes import scene
+from tests.kit import reduced_motorcycle
 
 
 @pytest.fixture

@@ -10,16 +10,16 @@ import pytest
 from amaranth.hdl import Fragment
 
 import hdl.build
-from boards import cyclone3
-from golden.bandwidth import MemoryTiming
+from boards.cyclone3 import platform as cyclone3
 from golden.config import Arithmetic, Cost, FusedParameters, MatcherConfig, Refinement
-from golden.formats import DISPLAYS
+from golden.video.bandwidth import MemoryTiming
+from golden.video.formats import DISPLAYS
 from hdl.build import main
-from hdl.matcher import Matcher
+from hdl.matcher.matcher import Matcher
 from sim.models.board_core import BoardCore
 
 
-ROOT = Path(__file__).parent.parent
+ROOT = Path(__file__).parents[2]
 REAL = hdl.build.stereo_system
 SMALL = ["--width", "24", "--height", "10", "--disparities", "6"]
 FEW = ["--disparities", "6"]

@@ -9,7 +9,7 @@ from amaranth.lib.wiring import In, Out
 from golden.config import Arithmetic, MatcherConfig
 from golden.errors import UserError
 from hdl.emit import verilog_text, write_verilog
-from hdl.smooth import LookUpTable
+from hdl.matcher.sequential.smooth import LookUpTable
 
 
 class Store(wiring.Component):

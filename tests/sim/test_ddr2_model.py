@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from golden.memory_map import MemoryMap, Plane
+from golden.video.memory_map import MemoryMap, Plane
 from sim.models.ddr2 import Ddr2Timing, LocalMemory, Request
 
 

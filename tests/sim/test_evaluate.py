@@ -5,14 +5,15 @@ import json
 import numpy as np
 import pytest
 
-from golden import dataset, fused
 from golden.config import Cost
-from golden.dataset import StereoPair
-from golden.labelling import match
-from golden.scenes import scene
+from golden.matcher import fused
+from golden.matcher.labelling import match
+from golden.pictures import dataset
+from golden.pictures.dataset import StereoPair
+from golden.pictures.scenes import scene
 from sim import evaluate
-from sim.harness import Frame, Result
-from sim.simulators import SimulationError
+from sim.kit.harness import Frame, Result
+from sim.kit.simulators import SimulationError
 
 
 @pytest.fixture

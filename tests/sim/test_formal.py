@@ -3,7 +3,7 @@ import pytest
 from amaranth import *
 from amaranth.hdl import Assert, Elaboratable
 
-from sim.formal import prove
+from sim.kit.formal import prove
 
 
 class Counter(Elaboratable):

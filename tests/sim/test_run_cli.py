@@ -8,12 +8,13 @@ import numpy as np
 import pytest
 
 from golden.config import MatcherConfig
-from golden.images import read_picture, write_picture
-from golden.labelling import match
-from golden.text import read_text
-from sim import run, simulators
-from sim.harness import Frame, Result
-from sim.simulators import SimulationError
+from golden.matcher.labelling import match
+from golden.pictures.images import read_picture, write_picture
+from golden.pictures.text import read_text
+from sim import run
+from sim.kit import simulators
+from sim.kit.harness import Frame, Result
+from sim.kit.simulators import SimulationError
 
 
 KEYS = {"engine", "arithmetic", "simulator", "width", "height", "disparities", "mismatches", "clocks_per_pixel", "latency_clocks",

@@ -12,16 +12,16 @@ from rich.box import SIMPLE_HEAD
 from rich.console import Console
 from rich.table import Table
 
-from ..cli import Parser, progress
-from ..config import MatcherConfig
-from ..dataset import motorcycle
-from ..errors import UserError, run_cli
-from ..files import check_output
-from ..images import read_pair
-from ..metrics import bad_pixels
-from ..scenes import SCENES
-from ..sheet import SHEET_SUFFIXES, Strip, write_comparison
-from ..truth import add_truth_options, check_truth_options, read_truth
+from ...cli import Parser, progress
+from ...config import MatcherConfig
+from ...errors import UserError, run_cli
+from ...files import check_output
+from ...pictures.dataset import motorcycle
+from ...pictures.images import read_pair
+from ...pictures.metrics import bad_pixels
+from ...pictures.scenes import SCENES
+from ...pictures.sheet import SHEET_SUFFIXES, Strip, write_comparison
+from ...pictures.truth import add_truth_options, check_truth_options, read_truth
 from ..workers import check_installed
 from .options import check_names
 from .registry import METHODS
@@ -62,7 +62,7 @@ class View:
 
 
 def views(names: Sequence[str]) -> list[View]:
-    """Scenes of :data:`golden.scenes.SCENES`, of 320x200 pixels and 32 disparities; the same at every call."""
+    """Scenes of :data:`golden.pictures.scenes.SCENES`, of 320x200 pixels and 32 disparities; the same at every call."""
     result = []
     for seed, (name, make) in enumerate(SCENES.items(), start=1):
         if name in names:

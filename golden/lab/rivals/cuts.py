@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..config import Arithmetic, Cost, MatcherConfig
-from ..cost import local_disparity, matching_cost
-from ..labelling import labelling, slopes
+from ...config import Arithmetic, Cost, MatcherConfig
+from ...matcher.cost import local_disparity, matching_cost
+from ...matcher.labelling import labelling, slopes
 from .differences import absolute_differences, beyond
 
 
@@ -81,7 +81,7 @@ def potts_energy(left: NDArray[Any], right: NDArray[Any], labels: int) -> GridEn
 
 
 def thesis_energy(cost: NDArray[Any], left: NDArray[Any], config: MatcherConfig) -> GridEnergy:
-    """The energy that the one-pass rule stands for, :func:`golden.energy.energy`, in ``LINEAR`` arithmetic.
+    """The energy that the one-pass rule stands for, :func:`golden.matcher.energy.energy`, in ``LINEAR`` arithmetic.
 
     ``THESIS`` rounds after the product with the distance of the labels, so its distances are no metric; ``FLOAT`` is not whole.
     """

@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..cost import sub_pixel_buffers
+from ...matcher.cost import sub_pixel_buffers
 
 
 __all__ = ["absolute_differences", "beyond"]

@@ -13,13 +13,13 @@ from numpy.typing import NDArray
 from rich.console import Console
 from rich.table import Table
 
-from ..cli import Parser, progress
-from ..config import Arithmetic, MatcherConfig
-from ..cost import local_disparity, matching_cost
-from ..dataset import StereoPair
-from ..errors import UserError, run_cli
-from ..files import atomic, check_output
-from ..labelling import labelling
+from ...cli import Parser, progress
+from ...config import Arithmetic, MatcherConfig
+from ...errors import UserError, run_cli
+from ...files import atomic, check_output
+from ...matcher.cost import local_disparity, matching_cost
+from ...matcher.labelling import labelling
+from ...pictures.dataset import StereoPair
 from ..workers import check_installed
 from .maxflow import LineGraph, augmenting_path, cut_labels, line_energy, line_graph, line_terms, push_relabel
 from .options import add_pair_options, check_names, load_pairs

@@ -6,8 +6,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..config import Arithmetic, Cost, MatcherConfig
-from ..labelling import slopes
+from ...config import Arithmetic, Cost, MatcherConfig
+from ...matcher.labelling import slopes
 
 
 __all__ = ["LineGraph", "augmenting_path", "cut_labels", "line_energy", "line_graph", "line_terms", "push_relabel"]
@@ -24,7 +24,7 @@ def line_terms(cost: NDArray[Any], left: NDArray[Any], labels: NDArray[Any], loc
     Parameters
     ----------
     cost : (H, W, D) ndarray
-        Of :func:`golden.cost.matching_cost`.
+        Of :func:`golden.matcher.cost.matching_cost`.
     left : (H, W) integer ndarray
         Grey levels.
     labels, local : (H, W) integer ndarray

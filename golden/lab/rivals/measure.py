@@ -12,15 +12,15 @@ from rich.box import SIMPLE_HEAD
 from rich.console import Console
 from rich.table import Table
 
-from ..cli import Parser, progress
-from ..config import Arithmetic, MatcherConfig
-from ..cost import matching_cost
-from ..dataset import MASKS, StereoPair
-from ..energy import energy
-from ..errors import run_cli
+from ...cli import Parser, progress
+from ...config import Arithmetic, MatcherConfig
+from ...errors import run_cli
+from ...files import atomic, check_output
+from ...matcher.cost import matching_cost
+from ...matcher.energy import energy
+from ...pictures.dataset import MASKS, StereoPair
+from ...pictures.metrics import bad_pixels
 from ..evaluate import average
-from ..files import atomic, check_output
-from ..metrics import bad_pixels
 from ..workers import add_worker_options, check_installed, workers
 from .options import add_pair_options, check_names, load_pairs
 from .registry import METHODS, PUBLISHED, PUBLISHED_PAIR
@@ -40,13 +40,13 @@ def measure(name: str, pair: StereoPair) -> Result:
     Parameters
     ----------
     name : str
-        Of :data:`golden.rivals.registry.METHODS`.
+        Of :data:`golden.lab.rivals.registry.METHODS`.
 
     Returns
     -------
     dict
         ``"figures"``: percentage of bad pixels for each mask; ``"seconds"``: processor time of this thread; ``"energy"``, for methods that
-        lower it: that of :func:`golden.energy.energy` in ``LINEAR`` arithmetic.
+        lower it: that of :func:`golden.matcher.energy.energy` in ``LINEAR`` arithmetic.
     """
     method = METHODS[name]
     # Processor time, because another task may hold the processor meanwhile; of the thread, because a worker may have others.

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..refine import fill
+from ...matcher.refine import fill
 
 
 __all__ = ["SCALE", "block_matching", "semi_global_matching"]
@@ -61,7 +61,7 @@ def block_matching(left: NDArray[np.uint8], right: NDArray[np.uint8], labels: in
     """Disparities of ``StereoBM``, pixels, with four fraction bits.
 
     Blocks of 5x5 pixels, Sobel prefilter capped at 31, texture threshold 10, uniqueness 10 %, left-right difference at most 1, speckles
-    below 100 pixels taken out. Invalid pixels are filled by :func:`golden.refine.fill`.
+    below 100 pixels taken out. Invalid pixels are filled by :func:`golden.matcher.refine.fill`.
 
     Parameters
     ----------

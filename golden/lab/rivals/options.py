@@ -3,9 +3,9 @@
 import argparse
 from pathlib import Path
 
-from ..cli import Parser
-from ..dataset import PAIRS, StereoPair, data_folder, load_pair
-from ..errors import UserError
+from ...cli import Parser
+from ...errors import UserError
+from ...pictures.dataset import PAIRS, StereoPair, data_folder, load_pair
 
 
 __all__ = ["add_pair_options", "check_names", "load_pairs"]

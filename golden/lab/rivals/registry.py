@@ -7,8 +7,8 @@ from typing import Any
 
 from numpy.typing import NDArray
 
-from ..config import FUSED_1, FUSED_2, Arithmetic, Cost, FusedParameters, MatcherConfig
-from ..matcher import disparities as match
+from ...config import FUSED_1, FUSED_2, Arithmetic, Cost, FusedParameters, MatcherConfig
+from ...matcher.matcher import disparities as match
 from . import cuts, opencv, scanline, ssd
 
 
@@ -51,7 +51,7 @@ class Method:
     published : str or None
         Its row in :data:`PUBLISHED`.
     lowers : bool
-        Whether its labels are to be of little energy in the sense of :func:`golden.energy.energy`, ``LINEAR``.
+        Whether its labels are to be of little energy in the sense of :func:`golden.matcher.energy.energy`, ``LINEAR``.
     """
     function: Disparities
     about: str

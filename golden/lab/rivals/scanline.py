@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..refine import fill
+from ...matcher.refine import fill
 from .differences import absolute_differences, beyond
 
 
@@ -80,7 +80,7 @@ def disparities(left: NDArray[Any], right: NDArray[Any], labels: int, occlusion:
     """Disparities by dynamic programming on every scanline (Cox et al., CVIU 63, 1996; Bobick and Intille, IJCV 33, 1999).
 
     The cost of a match is the absolute difference of grey levels. Occluded pixels are filled as ours are, by
-    :func:`golden.refine.fill`.
+    :func:`golden.matcher.refine.fill`.
 
     Parameters
     ----------

@@ -9,11 +9,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..config import Arithmetic, MatcherConfig
-from ..cost import local_disparity, matching_cost
-from ..images import grey
-from ..labelling import scan, slopes
-from ..smooth import slope
+from ...config import Arithmetic, MatcherConfig
+from ...matcher.cost import local_disparity, matching_cost
+from ...matcher.labelling import scan, slopes
+from ...matcher.smooth import slope
+from ...pictures.images import grey
 
 
 __all__ = ["BORDERS", "GREYS", "Choice", "all_choices", "bordered_cost", "disparities", "grey_levels"]
@@ -91,7 +91,7 @@ def grey_levels(rgb: NDArray[np.uint8], levels: str) -> NDArray[np.uint8]:
 
 
 def bordered_cost(left: NDArray[Any], right: NDArray[Any], config: MatcherConfig, border: str) -> NDArray[Any]:
-    """Matching cost as :func:`golden.cost.matching_cost` gives it, but for one of :data:`BORDERS`."""
+    """Matching cost as :func:`golden.matcher.cost.matching_cost` gives it, but for one of :data:`BORDERS`."""
     if border == "ours":
         cost: NDArray[Any] = matching_cost(left, right, config)
         return cost

@@ -7,12 +7,12 @@ from pathlib import Path
 
 from rich.progress import Progress
 
-from .. import images
+from ...cli import Parser, progress
+from ...errors import UserError, run_cli
+from ...files import atomic
+from ...pictures import images
+from ...pictures.dataset import PAIRS, data_folder, load_pair
 from ..cache import Cache, source_digest, source_files
-from ..cli import Parser, progress
-from ..dataset import PAIRS, data_folder, load_pair
-from ..errors import UserError, run_cli
-from ..files import atomic
 from ..workers import add_worker_options, check_installed, workers
 from . import disturbances, results, sweeps, tables, weights
 from .laboratory import Laboratory

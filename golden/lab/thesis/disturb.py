@@ -6,8 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ..dataset import StereoPair
-from ..surfaces import photometric
+from ...pictures.dataset import StereoPair
+from ...pictures.surfaces import photometric
 
 
 __all__ = ["Lens", "distort", "disturb", "straighten"]

@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ...pictures.dataset import MASKS, StereoPair
 from ..cache import Cache
-from ..dataset import MASKS, StereoPair
 from ..workers import Job, Run
 from . import sweeps
 
@@ -30,7 +30,7 @@ class Laboratory:
     colours : ((H, W, 3) uint8 ndarray, (H, W, 3) uint8 ndarray)
         Tsukuba as its files have it.
     workers : Run
-        Of :func:`golden.workers.workers`.
+        Of :func:`golden.lab.workers.workers`.
     cache : Cache
     begin, advance : callable
         Called with what is about to be computed and the number of its jobs, and after each of them.
@@ -63,7 +63,7 @@ class Laboratory:
         return results
 
     def by_method(self) -> dict[tuple[str, str], Result]:
-        """Results of :func:`golden.thesis.sweeps.labels_of` for every pair and method."""
+        """Results of :func:`golden.lab.thesis.sweeps.labels_of` for every pair and method."""
         return self.run("results", {(name, method): (sweeps.labels_of, pair, method)
                                     for name, pair in self.pairs.items() for method in sweeps.METHODS})
 

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..sheet import small
+from ...pictures.sheet import small
 
 
 __all__ = ["curves", "heat", "panels"]

@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from ..dataset import MASKS
+from ...pictures.dataset import MASKS
 from . import choices, sweeps
 from .laboratory import Laboratory, difference, percent
 from .page import Picture, Section, Table

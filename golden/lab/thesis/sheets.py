@@ -5,8 +5,8 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from ..dataset import StereoPair
-from ..sheet import error_map
+from ...pictures.dataset import StereoPair
+from ...pictures.sheet import error_map
 
 
 __all__ = ["difference_map", "errors", "with_bad"]

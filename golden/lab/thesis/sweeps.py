@@ -9,12 +9,12 @@ import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 
-from ..config import Arithmetic, Cost, MatcherConfig
-from ..cost import local_disparity, matching_cost
-from ..dataset import StereoPair
-from ..labelling import labelling
-from ..matcher import disparities as match
-from ..metrics import bad_pixels
+from ...config import Arithmetic, Cost, MatcherConfig
+from ...matcher.cost import local_disparity, matching_cost
+from ...matcher.labelling import labelling
+from ...matcher.matcher import disparities as match
+from ...pictures.dataset import StereoPair
+from ...pictures.metrics import bad_pixels
 from . import choices
 from .disturb import distort, disturb, straighten
 
@@ -116,7 +116,7 @@ def extension(labels: NDArray[Any], pair: StereoPair, beside: NDArray[np.bool_] 
 
 
 def border_figures(pair: StereoPair, border: str) -> Result:
-    """Bad pixels with one of :data:`golden.thesis.choices.BORDERS`: ``labels`` and ``bad`` as of :func:`labels_of`."""
+    """Bad pixels with one of :data:`golden.lab.thesis.choices.BORDERS`: ``labels`` and ``bad`` as of :func:`labels_of`."""
     labels = choices.disparities(pair.left, pair.right, MatcherConfig(disparities=pair.disparities), choices.Choice(border=border))
     return {"labels": labels, "bad": np.array(bad(labels, pair))}
 
@@ -128,7 +128,7 @@ def choice_figures(pair: StereoPair, colours: tuple[NDArray[np.uint8], NDArray[n
 
 
 def disturbed(pair: StereoPair, method: str, gain: float, noise: float) -> Result:
-    """Bad pixels of a pair with gain and noise, of :func:`golden.thesis.disturb.disturb`.
+    """Bad pixels of a pair with gain and noise, of :func:`golden.lab.thesis.disturb.disturb`.
 
     Returns
     -------
@@ -149,8 +149,8 @@ def lens_figures(pair: StereoPair, method: str, k: float) -> Result:
     Returns
     -------
     dict
-        ``left``, ``labels``, ``bad``, ``off_line`` of :func:`golden.thesis.disturb.distort`; ``straight``: bad pixels after
-        :func:`golden.thesis.disturb.straighten`, percent.
+        ``left``, ``labels``, ``bad``, ``off_line`` of :func:`golden.lab.thesis.disturb.distort`; ``straight``: bad pixels after
+        :func:`golden.lab.thesis.disturb.straighten`, percent.
     """
     config = method_config(method, pair.disparities)
     seen, off_line = distort(pair, k)

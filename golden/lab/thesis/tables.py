@@ -4,8 +4,8 @@ import json
 from pathlib import Path
 from typing import Any
 
-from ..dataset import MASKS
-from ..errors import UserError
+from ...errors import UserError
+from ...pictures.dataset import MASKS
 from . import sweeps
 from .laboratory import Laboratory, difference, percent
 from .page import Section, Table

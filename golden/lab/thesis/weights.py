@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..config import WEIGHT_MAX
-from ..dataset import MASKS
+from ...config import WEIGHT_MAX
+from ...pictures.dataset import MASKS
 from . import choices, sweeps
 from .laboratory import Laboratory, percent
 from .page import Picture, Section, Table

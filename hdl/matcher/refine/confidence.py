@@ -4,24 +4,25 @@ from amaranth import *
 from amaranth.lib import data, wiring
 from amaranth.lib.wiring import In, Out
 
-from golden.confidence import CONFIDENCE_BITS, WINDOW
 from golden.config import MatcherConfig
+from golden.matcher.confidence import CONFIDENCE_BITS, WINDOW
 
-from .stream import LabelWord
+from ..stream import LabelWord
 
 
 __all__ = ["Confidence", "VoteColumn"]
 
 
 class VoteColumn(data.StructLayout):
-    """Labels of :data:`golden.confidence.WINDOW` lines at one ``x``, the topmost first, whether they passed, and the middle one's size."""
+    """Labels of :data:`golden.matcher.confidence.WINDOW` lines at one ``x``, the topmost first, whether they passed, and the middle one's
+    size."""
     def __init__(self, config: MatcherConfig):
         word = LabelWord(config)
         super().__init__({"label": data.ArrayLayout(word["label"].shape, WINDOW), "passed": WINDOW, "size": word["size"].shape})
 
 
 class Confidence(wiring.Component):
-    """Confidence ``(a + p + 2 * g) >> 2`` of a label within its window; the golden model is :func:`golden.confidence.confidence`.
+    """Confidence ``(a + p + 2 * g) >> 2`` of a label within its window; the golden model is :func:`golden.matcher.confidence.confidence`.
 
     Width: nothing is lost; ``25 + 25 + 2 * 6`` is the most, hence four bits.
 

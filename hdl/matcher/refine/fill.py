@@ -7,8 +7,8 @@ from amaranth.lib.wiring import In, Out
 
 from golden.config import MatcherConfig
 
-from .delay import StreamRegister, data_register
-from .stream import LabelWord
+from ...parts.delay import StreamRegister, data_register
+from ..stream import LabelWord
 
 
 __all__ = ["Fill"]
@@ -24,7 +24,7 @@ class Fill(wiring.Component):
     """Gives a pixel that failed the check the smaller of the nearest passing labels to its left and to its right on the line.
 
     The one that exists if only one does; on a line without any a pixel keeps its own. Only ``label`` changes. The golden model is
-    :func:`golden.refine.fill`.
+    :func:`golden.matcher.refine.fill`.
 
     Lines wait in one queue until they are complete, the labels of their passing pixels in another, and of a last pixel that failed that
     there is none: as a line leaves, the head of the second queue is the nearest passing label to the right.

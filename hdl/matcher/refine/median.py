@@ -6,14 +6,14 @@ from amaranth.lib import data, stream, wiring
 from amaranth.lib.fifo import SyncFIFOBuffered
 from amaranth.lib.wiring import In, Out
 
-from golden.confidence import WINDOW
 from golden.config import MINIMUM_BITS, MatcherConfig
+from golden.matcher.confidence import WINDOW
 
+from ...parts.delay import Delay, StreamRegister
+from ...parts.sorting_network import Selection, merge, select, sort
+from ..stream import DisparityWord, LabelWord, copy_flags
 from .confidence import Confidence
-from .delay import Delay, StreamRegister
-from .label_columns import REACH, LabelColumns, SlotWord
-from .selection import Selection, merge, select, sort
-from .stream import DisparityWord, LabelWord, copy_flags
+from .window import REACH, LabelColumns, SlotWord
 
 
 __all__ = ["Median", "MedianColumns"]
@@ -22,7 +22,8 @@ __all__ = ["Median", "MedianColumns"]
 class MedianColumns(wiring.Component):
     """Median of the window of ``config.fused.median`` columns and lines around the pixel two columns before the one that comes.
 
-    Golden: :func:`golden.refine.median`. Each column is sorted once, each pair of neighbours merged once: a window of five is a pair, the
+    Golden: :func:`golden.matcher.refine.median`. Each column is sorted once, each pair of neighbours merged once: a window of five is a
+    pair, the
     pair before the one before it and the newest column; a window of three is a pair and the newest column but one.
 
     Timing: a column a cycle at most; :attr:`latency` cycles.
@@ -123,8 +124,8 @@ def contenders(order, side):
 class Median(wiring.Component):
     """Median of labels, and with it disparity and confidence of a pixel: what leaves the refinement.
 
-    Golden: :func:`golden.refine.median`, then ``disparity = label + minimum * config.disparity_scale``, and
-    :func:`golden.confidence.confidence` of the label among those that came.
+    Golden: :func:`golden.matcher.refine.median`, then ``disparity = label + minimum * config.disparity_scale``, and
+    :func:`golden.matcher.confidence.confidence` of the label among those that came.
 
     Frames are rectangular, closed by ``end`` and at most ``max_width`` wide; each may have a size of its own.
 

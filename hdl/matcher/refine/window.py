@@ -6,12 +6,12 @@ from amaranth.lib import data, stream, wiring
 from amaranth.lib.memory import Memory
 from amaranth.lib.wiring import In, Out
 
-from golden.confidence import WINDOW
 from golden.config import MINIMUM_BITS, MatcherConfig
+from golden.matcher.confidence import WINDOW
 
+from ...parts.delay import data_register
+from ..stream import FLAGS, LabelWord
 from .confidence import VoteColumn
-from .delay import data_register
-from .stream import FLAGS, LabelWord
 
 
 __all__ = ["REACH", "LabelColumns", "SlotWord"]
@@ -33,7 +33,7 @@ class LabelColumns(wiring.Component):
     """Turns lines of labels into columns of five lines for the windows of the line two above; lines outside the picture repeat.
 
     Two columns follow each line, which repeat its last, and two lines each frame, which repeat its last; none waits for what comes next.
-    The first line fills all four line memories. :func:`golden.refine.median` pads its labels so.
+    The first line fills all four line memories. :func:`golden.matcher.refine.median` pads its labels so.
 
     Timing: ``W + 2`` columns a line, ``H + 2`` lines a frame, one a cycle while ``go`` and labels come; a column :attr:`LATENCY` cycles
     after its label was taken.

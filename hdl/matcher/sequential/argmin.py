@@ -17,7 +17,7 @@ class Minimum(data.StructLayout):
 class ComparatorTree(wiring.Component):
     """Least of many values, in stages of 5-input comparators (thesis figure 24); ties go to the smaller index.
 
-    80 values become 16, then 3 + 1 (a group of one passes), then 1. The golden model is :func:`golden.argmin.comparator_tree`.
+    80 values become 16, then 3 + 1 (a group of one passes), then 1. The golden model is :func:`golden.matcher.argmin.comparator_tree`.
 
     Width: the value is one of the inputs; nothing is rounded.
 

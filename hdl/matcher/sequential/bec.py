@@ -6,9 +6,9 @@ from amaranth.lib.wiring import In, Out
 
 from golden.config import IN_USE_BITS, MatcherConfig
 
+from ..stream import BecWord, ColumnWord, copy_flags
 from .argmin import ComparatorTree
 from .cost import CostEnergy, Edata, SubPixelBuffers, SubPixels
-from .stream import BecWord, ColumnWord, copy_flags
 
 
 __all__ = ["Bec"]
@@ -17,7 +17,7 @@ __all__ = ["Bec"]
 class Bec(wiring.Component):
     """Basic energy calculation (thesis figure 19): matching cost of every label, and the local disparity.
 
-    The golden models are :func:`golden.cost.matching_cost` and :func:`golden.cost.local_disparity`.
+    The golden models are :func:`golden.matcher.cost.matching_cost` and :func:`golden.matcher.cost.local_disparity`.
 
     Timing: a pixel each :attr:`clocks_per_pixel` cycles; the costs stay in one register while the comparator tree works on them, so
     that no delay line of ``D`` costs is needed. A pixel leaves after its right neighbour has come.

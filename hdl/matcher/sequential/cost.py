@@ -6,7 +6,7 @@ from amaranth.lib.wiring import In, Out
 
 from golden.config import IN_USE_BITS, PIXEL_BITS, Arithmetic, MatcherConfig
 
-from .stream import FLAGS, ColumnWord, copy_flags
+from ..stream import FLAGS, ColumnWord, copy_flags
 
 
 __all__ = ["BuffersWord", "CostEnergy", "CostWord", "Edata", "EdataWord", "SubPixelBuffers", "SubPixelWord", "SubPixels"]
@@ -74,7 +74,7 @@ class _Stage(wiring.Component):
 
 
 class SubPixels(_Stage):
-    """Sub-pixels of a line, equations (2-3) .. (2-6) (thesis figure 20); the golden model is :func:`golden.cost.sub_pixels`.
+    """Sub-pixels of a line, equations (2-3) .. (2-6) (thesis figure 20); the golden model is :func:`golden.matcher.cost.sub_pixels`.
 
     The sub-pixel to the right of ``x`` is the one to the left of ``x + 1``. So a line of ``W`` columns gives ``W + 1`` words: the last,
     marked ``beyond``, repeats the last pixel.
@@ -126,7 +126,7 @@ class SubPixelBuffers(_Stage):
     """Buffers that pass the right picture's sub-pixels from disparity to disparity (thesis figure 21).
 
     What label ``d`` compared at ``x`` label ``d + 1`` compares at ``x + 1``: each sub-pixel is computed once. The golden model is
-    :func:`golden.cost.sub_pixel_buffers`. Labels that are not in use count as outside the picture.
+    :func:`golden.matcher.cost.sub_pixel_buffers`. Labels that are not in use count as outside the picture.
 
     Timing: latency :attr:`LATENCY` cycle; a word a cycle; ``i.ready`` depends combinationally on ``o.ready``.
 
@@ -164,7 +164,7 @@ class SubPixelBuffers(_Stage):
 class CostEnergy(_Stage):
     """Differences of pixel and sub-pixels for every label, equations (2-7) .. (2-11) (thesis figure 22).
 
-    The golden model is :func:`golden.cost.cost_energy`. Width: a difference needs no more bits than what it compares.
+    The golden model is :func:`golden.matcher.cost.cost_energy`. Width: a difference needs no more bits than what it compares.
 
     Timing: latency :attr:`LATENCY` cycle; a word a cycle; ``i.ready`` depends combinationally on ``o.ready``.
 
@@ -191,7 +191,7 @@ class CostEnergy(_Stage):
 
 
 class Edata(_Stage):
-    """Matching cost of every label, equation (2-12) (thesis figure 23); the golden model is :func:`golden.cost.edata`.
+    """Matching cost of every label, equation (2-12) (thesis figure 23); the golden model is :func:`golden.matcher.cost.edata`.
 
     Four differences are a pixel's own, the fifth is the ``left`` one of the next word. A label whose right pixel lies outside the
     picture gets the greatest cost that the width holds (:attr:`golden.config.MatcherConfig.cost_outside`).

@@ -7,10 +7,10 @@ from amaranth.lib.wiring import In, Out
 
 from golden.config import PIXEL_BITS, WEIGHT_BITS, MatcherConfig
 
+from ..lines import EdataMemory
+from ..stream import FLAGS, BecWord, DisparityWord, copy_flags
 from .argmin import ComparatorTree
-from .lines import EdataMemory
 from .smooth import Smooth
-from .stream import FLAGS, BecWord, DisparityWord, copy_flags
 
 
 __all__ = ["CostSummation", "SequentialEngine"]
@@ -19,7 +19,7 @@ __all__ = ["CostSummation", "SequentialEngine"]
 class CostSummation(wiring.Component):
     """Energy of every label: its matching cost plus three smoothness terms (thesis figure 30).
 
-    The golden model is :func:`golden.labelling.cost_summation`.
+    The golden model is :func:`golden.matcher.labelling.cost_summation`.
 
     Smooth2 and Smooth3 are known long before Smooth1, which waits for the disparity of the pixel before: they are added first.
 
@@ -62,7 +62,8 @@ class CostSummation(wiring.Component):
 class SequentialEngine(wiring.Component):
     """Graph cut implementation block (thesis figures 25, 26): disparities by rule (2-15), all labels of a pixel at once.
 
-    The golden model is :func:`golden.labelling.labelling`. As BEC finishes pixel ``(x, y+1)``, the pixel above it has all that the rule
+    The golden model is :func:`golden.matcher.labelling.labelling`. As BEC finishes pixel ``(x, y+1)``, the pixel above it has all that
+    the rule
     asks for: its costs from the Edata memory, the disparity above it from a line memory, ``b(x, y+1)`` from BEC, and the disparity to
     its left from the pixel before. The last line follows when BEC has finished; it has no lower neighbour.
 

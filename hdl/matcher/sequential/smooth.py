@@ -92,7 +92,7 @@ class LookUpTable(wiring.Component):
 class Smooth(wiring.Component):
     """Smoothness energy (2-13) of all labels against one neighbour (thesis figures 27 .. 29: Smooth1, Smooth2, Smooth3).
 
-    The golden model is :func:`golden.smooth.smooth`. THESIS: ``(256*k*u - k*u*dI) >> 8``, floor, taken as
+    The golden model is :func:`golden.matcher.smooth.smooth`. THESIS: ``(256*k*u - k*u*dI) >> 8``, floor, taken as
     ``(k*u * (256 - dI)) >> 8``: the same number, with one difference for all labels instead of one each. LINEAR:
     ``k * ((2*u*(256 - dI) << q) >> 8)``; the slope's product is made of shifted additions, so that multipliers serve labels only.
     A neighbour that is not ``present`` counts as one that differs by 256, and adds nothing.

@@ -11,8 +11,8 @@ from amaranth.lib.wiring import In, Out
 
 from golden.config import PIXEL_BITS, PIXEL_MAX, MatcherConfig
 
-from .delay import NO_COLLISION, Delay, add_with_carry, data_register
-from .stream import Column, Least
+from ...parts.delay import NO_COLLISION, Delay, add_with_carry, data_register
+from ..stream import Column, Least
 from .waves import BecWave, Pixel
 
 
@@ -24,7 +24,7 @@ class BecCell(wiring.Component):
 
     Nothing is halved, so the five differences come from ``e = left(x) - right(x - d)`` of three lines: ``|2e|``, ``|e + e_above|``,
     ``|e + e_below|``, ``|e + e(x-1)|`` and, when the next column comes, ``|e + e(x+1)|``. The golden model is
-    :func:`golden.cost.matching_cost`.
+    :func:`golden.matcher.cost.matching_cost`.
 
     ``cost`` is the one's complement of ``E``: outside the picture it is 0, the greatest cost, which a synchronous clear gives for nothing.
 
@@ -202,7 +202,7 @@ class BecGroup(wiring.Component):
     """Matching costs of a few neighbouring labels in the same cycle, and the least cost so far.
 
     Within a group the left column is shared and the right one moves on by a register a label; between groups all moves on by one more.
-    Golden: :func:`golden.cost.matching_cost`, :func:`golden.cost.local_disparity`.
+    Golden: :func:`golden.matcher.cost.matching_cost`, :func:`golden.matcher.cost.local_disparity`.
 
     Timing: ``cost`` as of :class:`BecCell`, ``least_i`` :data:`TREE` cycles after it, ``least_o`` one later; ``o`` one after ``i``.
 
@@ -306,7 +306,8 @@ class LabelMemory(wiring.Component):
 
 
 class BecArray(wiring.Component):
-    """Basic energy calculation, laid out along the labels; golden: :func:`golden.cost.matching_cost`, :func:`golden.cost.local_disparity`.
+    """Basic energy calculation, laid out along the labels; golden: :func:`golden.matcher.cost.matching_cost`,
+    :func:`golden.matcher.cost.local_disparity`.
 
     The costs of a group of labels go to a line memory of the group, which the labelling reads at its own pace.
 

@@ -6,7 +6,7 @@ from amaranth.lib.wiring import In, Out
 
 from golden.config import PIXEL_BITS, WEIGHT_BITS, Cost, MatcherConfig
 
-from .delay import Delay, add_with_carry, data_register, multiply
+from ...parts.delay import Delay, add_with_carry, data_register, multiply
 from .label_array import DownWave, UpWave, chosen_step
 
 
@@ -34,7 +34,8 @@ class Cones(wiring.Component):
     With the cost ``FUSED`` they are ``n * ((u*(256 - dI)) >> 8)``.
 
     ``up`` starts the cones ``w2*|d - f_up| + w3*|d - b_low| - w1*d`` at label 0, ``down`` the ramp ``2*w1*d`` at label ``D - 1``. The
-    golden models are :func:`golden.smooth.slope` and :func:`golden.smooth.cones`. A neighbour outside the picture has slope 0.
+    golden models are :func:`golden.matcher.smooth.slope` and :func:`golden.matcher.smooth.cones`. A neighbour outside the picture has
+    slope 0.
 
     Width: exact but for the slopes' floor. Multipliers: none; products are sums of shifted rows.
 

@@ -8,14 +8,14 @@ from amaranth.lib.wiring import In, Out
 
 from golden.config import IN_USE_BITS, MINIMUM_BITS, PIXEL_BITS, WEIGHT_BITS, Cost, MatcherConfig
 
-from .argmin import choose
+from ...parts.delay import Delay, StreamRegister
+from ..sequential.argmin import choose
+from ..stream import FLAGS, CensusWord, ColumnWord, DisparityWord, LabelWord, copy_flags
 from .bec_array import BecArray, Queued, groups_of
 from .cones import Cones, Neighbours
-from .delay import Delay, StreamRegister
 from .fused_array import FusedArray
 from .label_array import LabelArray
 from .right_view import LeftRightCheck
-from .stream import FLAGS, CensusWord, ColumnWord, DisparityWord, LabelWord, copy_flags
 from .sub_pixel import SubPixel
 from .waves import WaveSource
 
@@ -24,8 +24,8 @@ __all__ = ["StreamingEngine"]
 
 
 class StreamingEngine(wiring.Component):
-    """BEC and graph cut at one pixel a cycle; ``LINEAR`` arithmetic. The golden model is :func:`golden.labelling.match`,
-    with the cost ``FUSED`` :func:`golden.fused.stages` up to the check.
+    """BEC and graph cut at one pixel a cycle; ``LINEAR`` arithmetic. The golden model is :func:`golden.matcher.labelling.match`,
+    with the cost ``FUSED`` :func:`golden.matcher.fused.stages` up to the check.
 
     What recursion remains is ``f = T[f]``: the array prepares the answer for every label that the left neighbour may have, and one
     multiplexer of ``D`` labels picks.
@@ -43,7 +43,7 @@ class StreamingEngine(wiring.Component):
     Members
     -------
     i : In(stream.Signature(ColumnWord())), or of CensusWord(config) with the cost ``FUSED``
-        With the line below, see :class:`hdl.lines.LineStore`.
+        With the line below, see :class:`hdl.matcher.lines.LineStore`.
     o : Out(stream.Signature(DisparityWord(config))), or of LabelWord(config) with the cost ``FUSED``
     u1, u2, u3 : In(WEIGHT_BITS)
         Weights; sampled a cycle after the first pixel of a frame was admitted.

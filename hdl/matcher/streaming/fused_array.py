@@ -1,4 +1,5 @@
-"""The fused cost at one pixel a cycle, summed over supports: an array of cells, one a label, laid out as :mod:`hdl.bec_array`."""
+"""The fused cost at one pixel a cycle, summed over supports: an array of cells, one a label, laid out as
+:mod:`hdl.matcher.streaming.bec_array`."""
 
 from amaranth import *
 from amaranth.lib import data, wiring
@@ -7,10 +8,10 @@ from amaranth.lib.wiring import In, Out
 
 from golden.config import MatcherConfig
 
+from ...parts.delay import NO_COLLISION, Delay, data_register
+from ..stream import Column, Least
 from .bec_array import TREE, BecCell, LabelMemory, Queued, groups_of, least_of, seen_along
-from .delay import NO_COLLISION, Delay, data_register
 from .right_view import RightCell, RightWave
-from .stream import Column, Least
 from .support import Ends, SumWave, SupportSource
 from .vertical import VerticalSupport
 from .waves import BecWave, Completion, Pixel, VerticalWave
@@ -51,8 +52,9 @@ def _sum(terms):
 class FusedCell(wiring.Component):
     """Fused cost of one label, ``C = (cost_factor * min(E, truncation) + census_weight * H) >> cost_shift``, floor.
 
-    ``H`` counts the bits in which the censuses differ. The golden models are :func:`golden.support.fuse` and
-    :func:`golden.support.fused_cost`; outside the picture ``C`` is ``cost_outside``, which takes the place of the first term while ``H``
+    ``H`` counts the bits in which the censuses differ. The golden models are :func:`golden.matcher.support.fuse` and
+    :func:`golden.matcher.support.fused_cost`; outside the picture ``C`` is ``cost_outside``, which takes the place of the first term
+    while ``H``
     is held at 0.
 
     Width: exact.
@@ -136,14 +138,15 @@ class FusedCell(wiring.Component):
 class FusedGroup(wiring.Component):
     """Fused costs of a few neighbouring labels in the same cycle, their running sums, and the least sum so far.
 
-    Golden: :func:`golden.support.fused_cost`, :func:`golden.vertical.vertical_support`, :func:`golden.support.support_sums`,
-    :func:`golden.refine.right_view`.
+    Golden: :func:`golden.matcher.support.fused_cost`, :func:`golden.matcher.vertical.vertical_support`,
+    :func:`golden.matcher.support.support_sums`,
+    :func:`golden.matcher.refine.right_view`.
 
     Width: a running sum is kept modulo the power of two above the greatest support sum; differences are exact.
 
     Timing: ``vertical`` of a wave is due with the costs of cells, :attr:`FusedCell.LATENCY` cycles after it, its ``sums`` with those that
     are joined, :meth:`cost_latency` cycles after it; ``total`` :attr:`TOTAL` cycles after ``ends``, ``least_i``
-    :data:`hdl.bec_array.TREE` cycles after that, ``least_o`` one later; every ``_o`` else a cycle after its ``_i``.
+    :data:`hdl.matcher.streaming.bec_array.TREE` cycles after that, ``least_o`` one later; every ``_o`` else a cycle after its ``_i``.
 
     Memory: two rings of running sums for all labels of the group, one for each end of a support; that of :class:`VerticalSupport`.
 
@@ -239,11 +242,13 @@ class FusedGroup(wiring.Component):
 class FusedArray(wiring.Component):
     """Support sums of the fused cost, laid out along the labels, and the labels of the right picture beside them.
 
-    Golden: :func:`golden.support.support_sums`, :func:`golden.refine.right_view`, on joined costs with vertical support. The sums of a
+    Golden: :func:`golden.matcher.support.support_sums`, :func:`golden.matcher.refine.right_view`, on joined costs with vertical support.
+    The sums of a
     group of labels go to a line memory of the group, which the labelling reads at its own pace.
 
     Timing: ``queued`` :meth:`latency_of` cycles after the wave that completed the pixel ``lag_of`` pixels further right. ``address``,
-    ``cost``: as of :class:`hdl.bec_array.BecArray`; ``n`` of the next pixel a cycle after ``take``. ``right`` in the order of pixels.
+    ``cost``: as of :class:`hdl.matcher.streaming.bec_array.BecArray`; ``n`` of the next pixel a cycle after ``take``. ``right`` in the
+    order of pixels.
 
     Memory: ``D * depth`` sums, two rings of running sums a group, ``depth`` sizes.
 

@@ -1,6 +1,6 @@
 """Labelling at one pixel a cycle: an array of cells, one a label; its upward and its downward pass.
 
-It moves like BEC's array, see :mod:`hdl.bec_array`.
+It moves like BEC's array, see :mod:`hdl.matcher.streaming.bec_array`.
 """
 
 from amaranth import *
@@ -9,8 +9,8 @@ from amaranth.lib.wiring import In, Out
 
 from golden.config import MatcherConfig
 
-from .delay import Delay, data_register
-from .stream import Least
+from ...parts.delay import Delay, data_register
+from ..stream import Least
 
 
 __all__ = ["DownCell", "DownWave", "LabelArray", "UpCell", "UpWave", "chosen_step"]
@@ -163,7 +163,7 @@ class LabelArray(wiring.Component):
 
     An L1 distance transform that carries its argument: upward, then downward in place, one label a cycle each; RAM delays bring every
     label's upward result to its turn on the way down, and the answers together at the end. Equal to evaluating (2-15) for each ``p``,
-    ties to the smaller disparity. ``T`` is monotone and idempotent. Golden: :func:`golden.labelling.transition`.
+    ties to the smaller disparity. ``T`` is monotone and idempotent. Golden: :func:`golden.matcher.labelling.transition`.
 
     Timing: ``transition`` :attr:`latency` cycles after ``up``; a pixel a cycle.
 

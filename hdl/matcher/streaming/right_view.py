@@ -7,8 +7,8 @@ from amaranth.lib.wiring import In, Out
 
 from golden.config import MINIMUM_BITS, MatcherConfig
 
-from .delay import NO_COLLISION, Delay, data_register
-from .stream import Least
+from ...parts.delay import NO_COLLISION, Delay, data_register
+from ..stream import Least
 from .waves import Completion
 
 
@@ -27,7 +27,7 @@ class RightWave(data.StructLayout):
 
 
 class RightCell(wiring.Component):
-    """One label of the right view, ``r(x_r) = argmin_d V(x_r + d, y, d)``; golden: :func:`golden.refine.right_view`.
+    """One label of the right view, ``r(x_r) = argmin_d V(x_r + d, y, d)``; golden: :func:`golden.matcher.refine.right_view`.
 
     A pixel of the right picture moves on by a label as a pixel of the left one is completed, and so meets its candidates in turn.
 
@@ -67,7 +67,7 @@ class RightCell(wiring.Component):
 
 
 class LeftRightCheck(wiring.Component):
-    """Whether a pixel's match lies in the picture, and the right view agrees with it; golden: :func:`golden.refine.check`.
+    """Whether a pixel's match lies in the picture, and the right view agrees with it; golden: :func:`golden.matcher.refine.check`.
 
     Timing: ``passed`` :attr:`LATENCY` cycles after ``label``. The right labels come in the order of their pixels, and are needed no later
     than ``depth`` pixels after they came.

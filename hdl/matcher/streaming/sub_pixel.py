@@ -5,10 +5,10 @@ from amaranth.lib import data, wiring
 from amaranth.lib.wiring import In, Out
 
 from golden.config import MatcherConfig
-from golden.sub_pixel import SUB_PIXEL_SCALE
+from golden.matcher.sub_pixel import SUB_PIXEL_SCALE
 
-from .argmin import choose
-from .delay import Delay, data_register
+from ...parts.delay import Delay, data_register
+from ..sequential.argmin import choose
 
 
 __all__ = ["FractionCell", "SubPixel"]
@@ -19,7 +19,7 @@ FRACTION = range(-SUB_PIXEL_SCALE // 2, SUB_PIXEL_SCALE // 2 + 1)
 
 
 class FractionCell(wiring.Component):
-    """Equiangular interpolation between three neighbouring sums; golden: :func:`golden.sub_pixel.fraction`.
+    """Equiangular interpolation between three neighbouring sums; golden: :func:`golden.matcher.sub_pixel.fraction`.
 
     With ``m`` the greater of the neighbours less ``own``, the fraction is the number of ``m, 3m, 5m, 7m`` that eight times the
     neighbours' difference reaches, towards the smaller neighbour; 0 where ``m`` is not positive.
@@ -80,7 +80,7 @@ class FractionCell(wiring.Component):
 
 
 class SubPixel(wiring.Component):
-    """Fractions of all labels, and that of the label chosen; golden: :func:`golden.sub_pixel.sub_pixel_labels`, before the check.
+    """Fractions of all labels, and that of the label chosen; golden: :func:`golden.matcher.sub_pixel.sub_pixel_labels`, before the check.
 
     The first and the last label have none.
 

@@ -7,7 +7,7 @@ from amaranth.lib.wiring import In, Out
 
 from golden.config import PIXEL_BITS, MatcherConfig
 
-from .delay import Delay, data_register
+from ...parts.delay import Delay, data_register
 from .waves import Completion, Pixel
 
 
@@ -59,7 +59,7 @@ class StepDelay(wiring.Component):
 
 
 class Arms(wiring.Component):
-    """Arms of the support of every pixel: steps over pixels of the line that are like it; golden: :func:`golden.support.arms`.
+    """Arms of the support of every pixel: steps over pixels of the line that are like it; golden: :func:`golden.matcher.support.arms`.
 
     Two pixels ``j`` apart are compared once, for the left arm of the one and the right arm of the other.
 
@@ -169,7 +169,8 @@ class Slot(data.StructLayout):
 
 
 class SupportSource(wiring.Component):
-    """Sends after the waves what the sums over supports need; golden: :func:`golden.support.arms`, :func:`golden.support.support_sizes`.
+    """Sends after the waves what the sums over supports need; golden: :func:`golden.matcher.support.arms`,
+    :func:`golden.matcher.support.support_sizes`.
 
     Every label keeps the sums of its costs along the line, ``R(x) = C(0) + .. + C(x - 1)``, one more a line than it has pixels, in a ring;
     the sum over a support is ``S(x) = R(x + r + 1) - R(x - l)``. All labels share these addresses.
@@ -181,7 +182,7 @@ class SupportSource(wiring.Component):
     -------
     completion : In(Completion())
     pixel : In(Pixel()), pixel_valid : In(1)
-        Of :class:`hdl.waves.WaveSource`; ``pixel.lower`` is the pixel completed.
+        Of :class:`hdl.matcher.streaming.waves.WaveSource`; ``pixel.lower`` is the pixel completed.
     sums : Out(SumWave(config))
     ends : Out(Ends(config))
     slot : Out(Slot(config))

@@ -7,7 +7,7 @@ from amaranth.lib.wiring import In, Out
 
 from golden.config import MatcherConfig
 
-from .delay import NO_COLLISION, Delay, data_register
+from ...parts.delay import NO_COLLISION, Delay, data_register
 from .waves import VerticalWave
 
 
@@ -15,7 +15,7 @@ __all__ = ["VerticalSupport"]
 
 
 class VerticalSupport(wiring.Component):
-    """Joins costs with those of the lines above and below; golden: :func:`golden.vertical.vertical_support`.
+    """Joins costs with those of the lines above and below; golden: :func:`golden.matcher.vertical.vertical_support`.
 
     As the costs of a pixel come, those of the pixel above it are joined: they, and the ones above them, come from the memory, into which
     the new ones and they go.

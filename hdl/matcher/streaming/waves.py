@@ -6,8 +6,8 @@ from amaranth.lib.wiring import In, Out
 
 from golden.config import IN_USE_BITS, MINIMUM_BITS, PIXEL_BITS, Cost, MatcherConfig
 
-from .delay import data_register
-from .stream import FLAGS, CensusWord, Column, ColumnWord
+from ...parts.delay import data_register
+from ..stream import FLAGS, CensusWord, Column, ColumnWord
 
 
 __all__ = ["BecWave", "Completion", "Pixel", "VerticalWave", "WaveSource"]
@@ -47,7 +47,7 @@ class VerticalWave(data.StructLayout):
     """What vertical support must know of a wave, as the costs of the pixel come that it completes in BEC's line.
 
     ``column`` of the line, and ``write``: there is such a pixel, its costs are kept. ``above`` and ``below``: the neighbour of the pixel
-    above it is alike, see :func:`golden.vertical.alike`.
+    above it is alike, see :func:`golden.matcher.vertical.alike`.
     """
     def __init__(self, config: MatcherConfig):
         super().__init__({"column": range(config.max_width), "write": 1, "above": 1, "below": 1})

@@ -1,4 +1,4 @@
-"""golden.registers, golden.protocol, golden.register_page: the register map, its wire protocol and its page."""
+"""golden.host.registers, golden.host.protocol, golden.host.register_page: the register map, its wire protocol and its page."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from golden.config import MatcherConfig, Refinement
-from golden.protocol import (
+from golden.host.protocol import (
     BAUD,
     FRAME_BYTES,
     FRAME_SECONDS,
@@ -22,13 +22,13 @@ from golden.protocol import (
     encode_request,
     first_reply,
 )
-from golden.register_page import main, page
-from golden.registers import SETUPS, Kind, Register, RegisterMap, answer, register_map
-from golden.setup_steps import TFP410
+from golden.host.register_page import main, page
+from golden.host.registers import SETUPS, Kind, Register, RegisterMap, answer, register_map
+from golden.video.setup_steps import TFP410
 
 
 REGISTERS = register_map()
-ROOT = Path(__file__).parent.parent
+ROOT = Path(__file__).parents[3]
 
 
 @pytest.mark.parametrize("request_, frame", [
@@ -204,7 +204,7 @@ def test_page_is_up_to_date(tmp_path):
     assert main(["--output", str(tmp_path / "registers.md")]) == 0
     text = (tmp_path / "registers.md").read_text()
     assert text == page(REGISTERS)
-    assert (ROOT / "docs" / "registers.md").read_text() == text, "run python -m golden.register_page --output docs/registers.md"
+    assert (ROOT / "docs" / "registers.md").read_text() == text, "run python -m golden.host.register_page --output docs/registers.md"
 
 
 def test_page_tells_all():
@@ -222,7 +222,7 @@ def test_page_tells_all():
 def test_bad_arguments(capsys, arguments, told):
     assert main(arguments) == 2
     err = capsys.readouterr().err
-    assert err.startswith("golden.register_page: ") and err.count("\n") == 1 and told in err
+    assert err.startswith("golden.host.register_page: ") and err.count("\n") == 1 and told in err
 
 
 def test_register_of_its_own():

@@ -1,9 +1,9 @@
-"""`python -m golden.bench`."""
+"""`python -m golden.lab.bench`."""
 
 import pytest
 
-from golden import bench
 from golden.config import MatcherConfig
+from golden.lab import bench
 
 
 def test_figures(capsys, monkeypatch):
@@ -40,4 +40,4 @@ def test_bad_input(capsys, arguments, message):
     assert bench.main(arguments.split()) == 2
     printed = capsys.readouterr()
     assert printed.out == "" and printed.err.count("\n") == 1
-    assert printed.err.startswith("golden.bench: ") and message in printed.err
+    assert printed.err.startswith("golden.lab.bench: ") and message in printed.err

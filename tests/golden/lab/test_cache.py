@@ -1,13 +1,13 @@
-"""golden.cache: found again by content, and only by that."""
+"""golden.lab.cache: found again by content, and only by that."""
 
 import numpy as np
 import pytest
 
-from golden.cache import Cache, source_digest, source_files
 from golden.config import MatcherConfig
 from golden.errors import UserError
-from golden.labelling import match
-from golden.matcher import disparities
+from golden.lab.cache import Cache, source_digest, source_files
+from golden.matcher.labelling import match
+from golden.matcher.matcher import disparities
 
 
 pytest.importorskip("dask", reason="dask, of the extra lab, is not installed")

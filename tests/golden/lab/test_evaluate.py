@@ -1,14 +1,14 @@
-"""golden.evaluate: the published rows, and the command."""
+"""golden.lab.evaluate: the published rows, and the command."""
 
 import json
 
 import pytest
 
 from golden.config import FUSED_1, FUSED_2, FUSED_3, Arithmetic, MatcherConfig, Refinement
-from golden.dataset import PAIRS
 from golden.errors import UserError
-from golden.evaluate import average, evaluate, main
-from tests.data_pairs import middlebury
+from golden.lab.evaluate import average, evaluate, main
+from golden.pictures.dataset import PAIRS
+from tests.kit import middlebury
 
 
 # nonocc, all, disc of the four pairs, percent; the last is the average of the twelve.

@@ -1,8 +1,8 @@
-"""`python -m golden.pairing_bench`."""
+"""`python -m golden.lab.pairing_bench`."""
 
 import pytest
 
-from golden import pairing_bench
+from golden.lab import pairing_bench
 
 
 def rows(printed):
@@ -51,4 +51,4 @@ def test_bad_input(capsys, arguments, message):
     assert pairing_bench.main(arguments.split()) == 2
     printed = capsys.readouterr()
     assert printed.out == "" and printed.err.count("\n") == 1
-    assert printed.err.startswith("golden.pairing_bench: ") and message in printed.err
+    assert printed.err.startswith("golden.lab.pairing_bench: ") and message in printed.err

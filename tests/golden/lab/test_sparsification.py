@@ -1,13 +1,13 @@
-"""golden.sparsification: curves worked by hand, the figures of the four pairs, and the command."""
+"""golden.lab.sparsification: curves worked by hand, the figures of the four pairs, and the command."""
 
 import numpy as np
 import pytest
 
 from golden.config import MatcherConfig
-from golden.dataset import PAIRS
-from golden.fused import match
-from golden.sparsification import area, area_above_oracle, main, sparsification
-from tests.data_pairs import middlebury
+from golden.lab.sparsification import area, area_above_oracle, main, sparsification
+from golden.matcher.fused import match
+from golden.pictures.dataset import PAIRS
+from tests.kit import middlebury
 
 
 def test_curve():

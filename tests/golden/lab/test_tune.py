@@ -1,18 +1,18 @@
-"""golden.tune: the search is reproducible, never worse than its start, and the command's file is read by the others."""
+"""golden.lab.tune: the search is reproducible, never worse than its start, and the command's file is read by the others."""
 
 import dataclasses
 
 import numpy as np
 import pytest
 
-from golden import tune
 from golden.__main__ import main
 from golden.config import FUSED_1, FusedParameters
-from golden.dataset import StereoPair
-from golden.images import write_picture
-from golden.parameters import read_parameters, write_parameters
-from golden.scenes import layers
-from golden.workers import workers
+from golden.lab import tune
+from golden.lab.workers import workers
+from golden.matcher.parameters import read_parameters, write_parameters
+from golden.pictures.dataset import StereoPair
+from golden.pictures.images import write_picture
+from golden.pictures.scenes import layers
 
 
 def pair(name, seed=1, width=60, height=30, disparities=8):

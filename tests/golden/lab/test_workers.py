@@ -1,4 +1,4 @@
-"""golden.workers: every job's result comes back under its own number, wherever it is computed."""
+"""golden.lab.workers: every job's result comes back under its own number, wherever it is computed."""
 
 import math
 import os
@@ -6,7 +6,7 @@ import os
 import pytest
 
 from golden.errors import UserError
-from golden.workers import check_installed, workers
+from golden.lab.workers import check_installed, workers
 
 
 pytest.importorskip("dask", reason="dask, of the extra lab, is not installed")

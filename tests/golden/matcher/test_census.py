@@ -1,10 +1,10 @@
-"""golden.census: bits and distances worked by hand, and fast against plain."""
+"""golden.matcher.census: bits and distances worked by hand, and fast against plain."""
 
 import numpy as np
 import pytest
 
-from golden.census import census, census_plain, hamming
 from golden.config import FUSED_1, FusedParameters
+from golden.matcher.census import census, census_plain, hamming
 
 
 def test_bit_order():

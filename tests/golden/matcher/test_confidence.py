@@ -1,12 +1,12 @@
-"""golden.confidence: votes counted by hand, and fast against plain."""
+"""golden.matcher.confidence: votes counted by hand, and fast against plain."""
 
 import numpy as np
 import pytest
 
-from golden.confidence import CONFIDENCE_MAX, confidence, confidence_plain
 from golden.config import MatcherConfig, Refinement
-from golden.fused import match
-from golden.scenes import scene
+from golden.matcher.confidence import CONFIDENCE_MAX, confidence, confidence_plain
+from golden.matcher.fused import match
+from golden.pictures.scenes import scene
 
 
 def window(agreeing, passing, n, own=4, other=9):

@@ -1,11 +1,11 @@
-"""golden.cost on numbers worked by hand."""
+"""golden.matcher.cost on numbers worked by hand."""
 
 import numpy as np
 import pytest
 
 from golden.config import Arithmetic, MatcherConfig
-from golden.cost import cost_energy, delayed, edata, local_disparity, matching_cost, outside, sub_pixels
-from golden.scenes import scene
+from golden.matcher.cost import cost_energy, delayed, edata, local_disparity, matching_cost, outside, sub_pixels
+from golden.pictures.scenes import scene
 
 
 def config(arithmetic, disparities=2, minimum=0):

@@ -1,13 +1,13 @@
-"""golden.energy on a picture of four pixels worked by hand."""
+"""golden.matcher.energy on a picture of four pixels worked by hand."""
 
 import numpy as np
 import pytest
 
 from golden.config import Arithmetic, MatcherConfig
-from golden.cost import local_disparity, matching_cost
-from golden.energy import energy
-from golden.labelling import match
-from golden.scenes import scene
+from golden.matcher.cost import local_disparity, matching_cost
+from golden.matcher.energy import energy
+from golden.matcher.labelling import match
+from golden.pictures.scenes import scene
 
 
 LEFT = np.array([[0, 100], [50, 50]], dtype=np.uint8)

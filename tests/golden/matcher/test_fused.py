@@ -1,18 +1,18 @@
-"""golden.fused: the rule on numbers worked by hand, fast against plain, stages on and off, the published rows."""
+"""golden.matcher.fused: the rule on numbers worked by hand, fast against plain, stages on and off, the published rows."""
 
 import itertools
 
 import numpy as np
 import pytest
 
-from golden.confidence import confidence_plain
 from golden.config import FusedParameters, MatcherConfig, Refinement
-from golden.fused import labelling, labelling_plain, match
-from golden.labelling import match as match_thesis
-from golden.refine import check_plain, fill_plain, median_plain, right_view_plain
-from golden.scenes import discriminates, scene
-from golden.sub_pixel import sub_pixel_labels
-from golden.support import arms_plain, fused_cost, support_sums_plain
+from golden.matcher.confidence import confidence_plain
+from golden.matcher.fused import labelling, labelling_plain, match
+from golden.matcher.labelling import match as match_thesis
+from golden.matcher.refine import check_plain, fill_plain, median_plain, right_view_plain
+from golden.matcher.sub_pixel import sub_pixel_labels
+from golden.matcher.support import arms_plain, fused_cost, support_sums_plain
+from golden.pictures.scenes import discriminates, scene
 
 
 RULES = pytest.mark.parametrize("rule", [labelling, labelling_plain])

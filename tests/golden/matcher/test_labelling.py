@@ -1,4 +1,4 @@
-"""golden.labelling: the rule on numbers worked by hand, and fast against plain."""
+"""golden.matcher.labelling: the rule on numbers worked by hand, and fast against plain."""
 
 import dataclasses
 
@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from golden.config import Arithmetic, MatcherConfig
-from golden.cost import local_disparity, matching_cost
-from golden.labelling import labelling, labelling_plain, match, match_plain, slopes
-from golden.scenes import discriminates, scene
+from golden.matcher.cost import local_disparity, matching_cost
+from golden.matcher.labelling import labelling, labelling_plain, match, match_plain, slopes
+from golden.pictures.scenes import discriminates, scene
 
 
 RULES = pytest.mark.parametrize("rule", [labelling, labelling_plain])

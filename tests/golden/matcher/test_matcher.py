@@ -1,11 +1,11 @@
-"""golden.matcher: each configuration gets its method."""
+"""golden.matcher.matcher: each configuration gets its method."""
 
 import numpy as np
 
-from golden import fused, labelling
 from golden.config import MatcherConfig, Refinement
-from golden.matcher import disparities
-from golden.scenes import scene
+from golden.matcher import fused, labelling
+from golden.matcher.matcher import disparities
+from golden.pictures.scenes import scene
 
 
 def test_disparities():

@@ -1,10 +1,10 @@
-"""golden.parameters: files that come back as they were, and files that are none."""
+"""golden.matcher.parameters: files that come back as they were, and files that are none."""
 
 import pytest
 
 from golden.config import FUSED_1, FusedParameters
 from golden.errors import UserError
-from golden.parameters import read_parameters, write_parameters
+from golden.matcher.parameters import read_parameters, write_parameters
 
 
 PARAMETERS = FusedParameters(

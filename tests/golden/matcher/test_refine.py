@@ -1,10 +1,10 @@
-"""golden.refine: every stage on numbers worked by hand, and fast against plain."""
+"""golden.matcher.refine: every stage on numbers worked by hand, and fast against plain."""
 
 import numpy as np
 import pytest
 
 from golden.config import FusedParameters, MatcherConfig
-from golden.refine import check, check_plain, fill, fill_plain, median, median_plain, right_view, right_view_plain
+from golden.matcher.refine import check, check_plain, fill, fill_plain, median, median_plain, right_view, right_view_plain
 
 
 def config(disparities=4, minimum=0, tolerance=1):

@@ -1,10 +1,10 @@
-"""golden.smooth on numbers worked by hand."""
+"""golden.matcher.smooth on numbers worked by hand."""
 
 import numpy as np
 import pytest
 
 from golden.config import MatcherConfig
-from golden.smooth import slope, smooth
+from golden.matcher.smooth import slope, smooth
 
 
 @pytest.mark.parametrize("arithmetic, fraction_bits, expected", [

@@ -1,12 +1,12 @@
-"""golden.sub_pixel: fractions worked by hand, comparisons against division, where no fraction is allowed."""
+"""golden.matcher.sub_pixel: fractions worked by hand, comparisons against division, where no fraction is allowed."""
 
 import numpy as np
 import pytest
 
 from golden.config import MatcherConfig, Refinement
-from golden.fused import match
-from golden.scenes import scene
-from golden.sub_pixel import fraction, fraction_plain, neighbouring_sums, sub_pixel_labels
+from golden.matcher.fused import match
+from golden.matcher.sub_pixel import fraction, fraction_plain, neighbouring_sums, sub_pixel_labels
+from golden.pictures.scenes import scene
 
 
 @pytest.mark.parametrize("before, own, after, expected", [

@@ -1,13 +1,13 @@
-"""golden.support: the fused cost, arms and sums on numbers worked by hand, and fast against plain."""
+"""golden.matcher.support: the fused cost, arms and sums on numbers worked by hand, and fast against plain."""
 
 import numpy as np
 import pytest
 
-from golden.census import census_plain
 from golden.config import FUSED_1, FusedParameters, MatcherConfig
-from golden.cost import delayed, matching_cost
-from golden.scenes import scene
-from golden.support import arms, arms_plain, fuse, fused_cost, support_sizes, support_sums, support_sums_plain
+from golden.matcher.census import census_plain
+from golden.matcher.cost import delayed, matching_cost
+from golden.matcher.support import arms, arms_plain, fuse, fused_cost, support_sizes, support_sums, support_sums_plain
+from golden.pictures.scenes import scene
 
 
 def config(disparities, minimum=0, **parameters):

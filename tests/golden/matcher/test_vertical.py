@@ -1,14 +1,14 @@
-"""golden.vertical: numbers worked by hand, and fast against plain."""
+"""golden.matcher.vertical: numbers worked by hand, and fast against plain."""
 
 import numpy as np
 import pytest
 
 from golden.config import FUSED_1, Arithmetic, Cost, FusedParameters, MatcherConfig
-from golden.fused import stages
-from golden.refine import right_view
-from golden.scenes import scene
-from golden.support import arms, fused_cost, support_sums
-from golden.vertical import alike, vertical_support, vertical_support_plain
+from golden.matcher.fused import stages
+from golden.matcher.refine import right_view
+from golden.matcher.support import arms, fused_cost, support_sums
+from golden.matcher.vertical import alike, vertical_support, vertical_support_plain
+from golden.pictures.scenes import scene
 
 
 def params(threshold=10, **more):

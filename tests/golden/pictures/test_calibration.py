@@ -1,9 +1,9 @@
-"""golden.calibration: Middlebury's calib.txt, and files that are not one."""
+"""golden.pictures.calibration: Middlebury's calib.txt, and files that are not one."""
 
 import pytest
 
-from golden.calibration import Calibration, read_calibration
 from golden.errors import UserError
+from golden.pictures.calibration import Calibration, read_calibration
 
 
 MIDDLEBURY = """\

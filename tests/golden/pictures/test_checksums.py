@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from golden import data
 from golden.__main__ import main
-from golden.dataset import PAIRS, data_folder
 from golden.errors import UserError
+from golden.pictures import checksums as data
+from golden.pictures.dataset import PAIRS, data_folder
 
 
 @pytest.fixture

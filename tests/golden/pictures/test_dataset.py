@@ -1,4 +1,4 @@
-"""golden.dataset: reduction worked by hand, and the real pairs as they should be."""
+"""golden.pictures.dataset: reduction worked by hand, and the real pairs as they should be."""
 
 import shutil
 import sys
@@ -6,10 +6,10 @@ import sys
 import numpy as np
 import pytest
 
-from golden import dataset
 from golden.errors import UserError
-from golden.images import write_picture
-from tests.data_pairs import middlebury, reduced_motorcycle
+from golden.pictures import dataset
+from golden.pictures.images import write_picture
+from tests.kit import middlebury, reduced_motorcycle
 
 
 def test_reduced_levels():

@@ -1,11 +1,11 @@
-"""golden.depth: equation (1-1) by hand, and the three files."""
+"""golden.pictures.depth: equation (1-1) by hand, and the three files."""
 
 import numpy as np
 import pytest
 
-from golden.calibration import Calibration
-from golden.depth import depth, points, write_depth
-from golden.images import read_disparity
+from golden.pictures.calibration import Calibration
+from golden.pictures.depth import depth, points, write_depth
+from golden.pictures.images import read_disparity
 
 
 CALIBRATION = Calibration(focal=100, baseline=0.5, offset=2, centre=(1, 0))

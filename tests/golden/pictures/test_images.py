@@ -1,11 +1,11 @@
-"""golden.images: every format, both ways, and what is refused."""
+"""golden.pictures.images: every format, both ways, and what is refused."""
 
 import numpy as np
 import pytest
 from PIL import Image
 
 from golden.errors import UserError
-from golden.images import LABEL_SUFFIXES, colour_map, grey, read_disparity, read_pair, read_picture, write_labels, write_picture
+from golden.pictures.images import LABEL_SUFFIXES, colour_map, grey, read_disparity, read_pair, read_picture, write_labels, write_picture
 
 
 GREY = np.array([[0, 1, 2], [127, 128, 255]], dtype=np.uint8)

@@ -1,9 +1,9 @@
-"""golden.metrics on numbers worked by hand."""
+"""golden.pictures.metrics on numbers worked by hand."""
 
 import numpy as np
 import pytest
 
-from golden.metrics import bad_pixels
+from golden.pictures.metrics import bad_pixels
 
 
 TRUTH = np.array([[3.0, 4.0, 4.25], [np.inf, np.nan, 1.75]])

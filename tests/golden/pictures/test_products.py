@@ -5,11 +5,11 @@ import pytest
 from PIL import Image
 
 from golden.__main__ import main
-from golden.calibration import Calibration
-from golden.depth import depth
-from golden.images import colour_map, read_disparity, write_picture
-from golden.metrics import bad_pixels
-from golden.scenes import scene
+from golden.pictures.calibration import Calibration
+from golden.pictures.depth import depth
+from golden.pictures.images import colour_map, read_disparity, write_picture
+from golden.pictures.metrics import bad_pixels
+from golden.pictures.scenes import scene
 
 
 PAIR = ["match", "left.png", "right.png", "--disparities", "20", "--output", "d.npy"]
@@ -79,7 +79,7 @@ def test_colours_begin_at_the_minimum(folder):
 
 def test_the_sheet_s_scale_is_what_is_searched(folder, monkeypatch):
     calls = []
-    monkeypatch.setattr("golden.products.write_sheet", lambda *arguments: calls.append(arguments))
+    monkeypatch.setattr("golden.pictures.products.write_sheet", lambda *arguments: calls.append(arguments))
     assert main([*PAIR, "--minimum", "3", "--sheet", "s.png", *TRUTH, "--threshold", "2"]) == 0
     path, _, disparity, limits, truth, threshold = calls[0]
     assert (str(path), limits, threshold) == ("s.png", (3, 22), 2) and truth[0].shape == disparity.shape

@@ -1,4 +1,4 @@
-"""golden.scenes: what the scenes promise to the tests that use them."""
+"""golden.pictures.scenes: what the scenes promise to the tests that use them."""
 
 import itertools
 
@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from golden.config import Arithmetic, MatcherConfig
-from golden.labelling import match
-from golden.scenes import NOISE, discriminates, layers, scene
+from golden.matcher.labelling import match
+from golden.pictures.scenes import NOISE, discriminates, layers, scene
 
 
 @pytest.mark.parametrize("arithmetic", Arithmetic)

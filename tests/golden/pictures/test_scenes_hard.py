@@ -1,12 +1,12 @@
-"""golden.scenes.SCENES: exact, discriminating, and hard where they say so."""
+"""golden.pictures.scenes.SCENES: exact, discriminating, and hard where they say so."""
 
 import numpy as np
 import pytest
 
 from golden.config import Arithmetic, MatcherConfig
-from golden.labelling import match
-from golden.metrics import bad_pixels
-from golden.scenes import SCENES, discriminates, slanted
+from golden.matcher.labelling import match
+from golden.pictures.metrics import bad_pixels
+from golden.pictures.scenes import SCENES, discriminates, slanted
 
 
 SIZES = [(64, 64, 16), (96, 64, 8), (160, 128, 32)]

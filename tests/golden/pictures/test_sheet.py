@@ -1,4 +1,4 @@
-"""golden.sheet: what the colours of an error map say, that sheets show all panels, and that small PNG are small."""
+"""golden.pictures.sheet: what the colours of an error map say, that sheets show all panels, and that small PNG are small."""
 
 import io
 
@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from golden.metrics import bad_pixels
-from golden.sheet import BAD, GOOD, UNCOUNTED, UNKNOWN, Strip, error_map, small, write_comparison, write_sheet
+from golden.pictures.metrics import bad_pixels
+from golden.pictures.sheet import BAD, GOOD, UNCOUNTED, UNKNOWN, Strip, error_map, small, write_comparison, write_sheet
 
 
 def test_error_map_counts_as_the_metric_does():

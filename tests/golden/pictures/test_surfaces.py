@@ -1,9 +1,9 @@
-"""golden.surfaces: pictures of planes against their geometry, pixel by pixel."""
+"""golden.pictures.surfaces: pictures of planes against their geometry, pixel by pixel."""
 
 import numpy as np
 import pytest
 
-from golden.surfaces import Box, Surface, photometric, render, texture
+from golden.pictures.surfaces import Box, Surface, photometric, render, texture
 
 
 def ramp(width, height):

@@ -1,4 +1,4 @@
-"""golden.text: text pictures, both ways."""
+"""golden.pictures.text: text pictures, both ways."""
 
 import io
 
@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from golden.errors import UserError
-from golden.text import read_text, write_text
+from golden.pictures.text import read_text, write_text
 
 
 PICTURES = [np.array([[0, 10, 255]], dtype=np.uint8), np.array([[1], [2]], dtype=np.uint8)]

@@ -1,12 +1,12 @@
-"""golden.bandwidth: numbers worked by hand, and refusals."""
+"""golden.video.bandwidth: numbers worked by hand, and refusals."""
 
 import pytest
 from rich.console import Console
 
-from golden.bandwidth import Budget, MemoryTiming, grant_clocks, served_clocks
 from golden.errors import UserError
-from golden.formats import DISPLAYS, PAL, CameraFormat
-from golden.memory_map import MemoryMap
+from golden.video.bandwidth import Budget, MemoryTiming, grant_clocks, served_clocks
+from golden.video.formats import DISPLAYS, PAL, CameraFormat
+from golden.video.memory_map import MemoryMap
 
 
 def test_latency_by_hand():

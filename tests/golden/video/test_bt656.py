@@ -1,12 +1,12 @@
-"""golden.bt656 on numbers worked by hand."""
+"""golden.video.bt656 on numbers worked by hand."""
 
 import itertools
 
 import numpy as np
 import pytest
 
-from golden.bt656 import CORRECTED, clip, decode, encode, lost_bytes, xy
-from golden.formats import PAL, CameraFormat
+from golden.video.bt656 import CORRECTED, clip, decode, encode, lost_bytes, xy
+from golden.video.formats import PAL, CameraFormat
 
 
 SMALL = CameraFormat(width=4, field_lines=2, blanking=6, before_top=2, after_top=1, before_bottom=1, after_bottom=2)

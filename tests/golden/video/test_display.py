@@ -1,10 +1,10 @@
-"""golden.display on hand-worked pictures."""
+"""golden.video.display on hand-worked pictures."""
 
 import numpy as np
 import pytest
 
-from golden.display import DisplayMode, colour_table, grey_level, monitor_picture, placement
-from golden.formats import DISPLAYS, DisplayFormat
+from golden.video.display import DisplayMode, colour_table, grey_level, monitor_picture, placement
+from golden.video.formats import DISPLAYS, DisplayFormat
 
 
 DISPLAY = DisplayFormat(7, range(8, 9), 10, 5, range(6, 7), 8, 1_000_000)

@@ -3,8 +3,8 @@ import dataclasses
 import numpy as np
 import pytest
 
-from golden.drift import Frames, all_phases, camera_frames, figures, simulate, violations
-from golden.pairing import CAMERAS, PLANES, Pairing
+from golden.video.drift import Frames, all_phases, camera_frames, figures, simulate, violations
+from golden.video.pairing import CAMERAS, PLANES, Pairing
 
 
 HZ = 75_000_000

@@ -1,9 +1,9 @@
-"""golden.memory_map: numbers worked by hand, and pictures there and back."""
+"""golden.video.memory_map: numbers worked by hand, and pictures there and back."""
 
 import numpy as np
 import pytest
 
-from golden.memory_map import MemoryMap, Plane
+from golden.video.memory_map import MemoryMap, Plane
 
 
 def test_numbers_of_pal():

@@ -2,7 +2,7 @@
 
 import pytest
 
-from golden.pairing import WINDOW, Pair, Pairing, buffers_needed
+from golden.video.pairing import WINDOW, Pair, Pairing, buffers_needed
 
 
 def play(control, events, until):

@@ -2,7 +2,7 @@ from dataclasses import replace
 
 import pytest
 
-from golden.setup_steps import TFP410, TFP410_STRAPS, TVP5154, Chip, Drive, Failure, Lock, Poll, Write
+from golden.video.setup_steps import TFP410, TFP410_STRAPS, TVP5154, Chip, Drive, Failure, Lock, Poll, Write
 
 
 CHIPS = [TVP5154, TFP410, TFP410_STRAPS]

@@ -1,5 +1,5 @@
 # amaranth: UnusedElaboratable=no
-"""hdl.console: the command line against the simulated chip, in memory and over a pseudo terminal, and against lines with faults."""
+"""hdl.host.console: the command line against the simulated chip, in memory and over a pseudo terminal, and against lines with faults."""
 
 import contextlib
 import os
@@ -13,9 +13,9 @@ import pytest
 
 from golden.config import MatcherConfig
 from golden.errors import UserError
-from golden.protocol import FRAME_BYTES, REPLY_SYNC, Operation, Reply, Request, Status, decode_request, encode_reply
-from golden.registers import IDENTITY, Kind, RegisterMap, answer, register_map
-from hdl.console import Chip, SerialPort, main
+from golden.host.protocol import FRAME_BYTES, REPLY_SYNC, Operation, Reply, Request, Status, decode_request, encode_reply
+from golden.host.registers import IDENTITY, Kind, RegisterMap, answer, register_map
+from hdl.host.console import Chip, SerialPort, main
 from sim.models.uart import SimulatedChip
 
 
@@ -23,7 +23,7 @@ REGISTERS = register_map(MatcherConfig(disparities=20), height=200)
 
 
 class FakeLine:
-    """A line to a chip that answers as :func:`golden.registers.answer` does; ``fault`` may change what it says.
+    """A line to a chip that answers as :func:`golden.host.registers.answer` does; ``fault`` may change what it says.
 
     ``fault`` takes the number of the request, counted from 0, and the reply's bytes, and returns bytes.
     """
@@ -62,7 +62,7 @@ def fails(capsys, arguments, line=None):
     status, out, err = run(capsys, arguments, line)
     assert status == 2
     assert out == ""
-    assert err.startswith("hdl.console: ") and err.count("\n") == 1 and err.endswith("\n")
+    assert err.startswith("hdl.host.console: ") and err.count("\n") == 1 and err.endswith("\n")
     return err
 
 
@@ -173,7 +173,7 @@ def test_watch_ends_when_interrupted(capsys, monkeypatch):
     def interrupt(seconds):
         assert seconds == 2.5
         raise KeyboardInterrupt
-    monkeypatch.setattr("hdl.console.time.sleep", interrupt)
+    monkeypatch.setattr("hdl.host.console.time.sleep", interrupt)
     status, out, err = run(capsys, "watch --interval 2.5")
     assert (status, err) == (0, "")
     assert len(rows(out, "pairs")) == 1

@@ -1,5 +1,5 @@
 # amaranth: UnusedElaboratable=no
-"""hdl.registers: what the register file answers, byte by byte, against golden.registers.answer."""
+"""hdl.host.registers: what the register file answers, byte by byte, against golden.host.registers.answer."""
 
 from dataclasses import replace
 
@@ -8,7 +8,7 @@ import pytest
 from amaranth.sim import Simulator
 
 from golden.config import MatcherConfig
-from golden.protocol import (
+from golden.host.protocol import (
     FRAME_BYTES,
     REQUEST_SYNC,
     Operation,
@@ -19,9 +19,9 @@ from golden.protocol import (
     encode_reply,
     encode_request,
 )
-from golden.registers import COUNT_MAX, Kind, RegisterMap, answer, register_map
-from hdl.registers import ActionLayout, ParameterLayout, RegisterFile, StatusLayout
-from sim.streams import check_rules, receive, run_stream, send
+from golden.host.registers import COUNT_MAX, Kind, RegisterMap, answer, register_map
+from hdl.host.registers import ActionLayout, ParameterLayout, RegisterFile, StatusLayout
+from sim.kit.streams import check_rules, receive, run_stream, send
 
 
 REGISTERS = register_map(MatcherConfig(disparities=20, u1=1, u2=2, u3=3, max_width=300), height=200)

@@ -1,15 +1,26 @@
 # amaranth: UnusedElaboratable=no
-"""hdl.registers behind its serial line: requests at rates that differ, and after noise."""
+"""hdl.host.registers behind its serial line: requests at rates that differ, and after noise."""
 
 import numpy as np
 import pytest
 from amaranth.sim import Simulator
 
 from golden.config import MatcherConfig
-from golden.protocol import BAUD, FRAME_BYTES, FRAME_SECONDS, REQUEST_SYNC, Operation, Reply, Request, Status, decode_reply, encode_request
-from golden.registers import Kind, register_map
-from hdl.registers import SerialRegisters
-from hdl.uart import TOLERANCE
+from golden.host.protocol import (
+    BAUD,
+    FRAME_BYTES,
+    FRAME_SECONDS,
+    REQUEST_SYNC,
+    Operation,
+    Reply,
+    Request,
+    Status,
+    decode_reply,
+    encode_request,
+)
+from golden.host.registers import Kind, register_map
+from hdl.host.registers import SerialRegisters
+from hdl.parts.uart import TOLERANCE
 from sim.models.uart import SimulatedChip
 
 

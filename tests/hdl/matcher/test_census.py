@@ -7,11 +7,11 @@ from amaranth.lib import stream, wiring
 from amaranth.lib.wiring import In, Out
 
 from golden.config import Arithmetic, Cost, FusedParameters, MatcherConfig
-from hdl.census import CensusStage
-from hdl.lines import LineStore
-from hdl.stream import CensusWord, ColumnWord, PixelPair
-from sim.cases import census_words, column_words, comparable, noise, pixel_words
-from sim.streams import run_stream
+from hdl.matcher.census import CensusStage
+from hdl.matcher.lines import LineStore
+from hdl.matcher.stream import CensusWord, ColumnWord, PixelPair
+from sim.kit.cases import census_words, column_words, comparable, noise, pixel_words
+from sim.kit.streams import run_stream
 
 
 WINDOWS = [(1, 1), (1, 3), (3, 3), (5, 7), (7, 9), (5, 1)]

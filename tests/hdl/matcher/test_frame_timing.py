@@ -6,9 +6,9 @@ import pytest
 from amaranth import *
 from amaranth.sim import Simulator
 
-from hdl.timing import FrameTiming
-from sim.cases import between_frames, camera, comparable, noise, pixel_words
-from sim.streams import check_rules
+from hdl.matcher.frame_timing import FrameTiming
+from sim.kit.cases import between_frames, camera, comparable, noise, pixel_words
+from sim.kit.streams import check_rules
 
 
 IDLE = (0, 0, 0)   # frame valid, line valid, pixel valid

@@ -2,10 +2,10 @@ import numpy as np
 from amaranth.sim import Simulator
 
 from golden.config import Arithmetic, MatcherConfig
-from golden.labelling import match
-from golden.scenes import scene
-from hdl.framed import FramedMatcher
-from sim.cases import between_frames, camera, disparity_words, noise, pixel_words
+from golden.matcher.labelling import match
+from golden.pictures.scenes import scene
+from hdl.matcher.framed import FramedMatcher
+from sim.kit.cases import between_frames, camera, disparity_words, noise, pixel_words
 
 
 CONFIG = MatcherConfig(disparities=6, arithmetic=Arithmetic.LINEAR, max_width=16)

@@ -7,15 +7,15 @@ import numpy as np
 import pytest
 
 from golden.config import Arithmetic, Cost, Engine, FusedParameters, MatcherConfig, Refinement
-from golden.scenes import scene
-from hdl.matcher import Matcher
-from hdl.settings import defaults, setting_ports
-from sim.cases import comparable, fused_words, noise, pixel_words
-from sim.harness import configured
-from sim.streams import run_stream
+from golden.pictures.scenes import scene
+from hdl.matcher.matcher import Matcher
+from hdl.matcher.settings import defaults, setting_ports
+from sim.kit.cases import comparable, fused_words, noise, pixel_words
+from sim.kit.harness import configured
+from sim.kit.streams import run_stream
 
-from .test_hdl_lines import MAX_WIDTH, RAGGED, repaired
-from .test_hdl_matcher import after_reset, run_script
+from .test_lines import MAX_WIDTH, RAGGED, repaired
+from .test_matcher import after_reset, run_script
 
 
 ALL = Refinement()

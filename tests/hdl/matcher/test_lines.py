@@ -8,11 +8,11 @@ from amaranth.lib import data
 from amaranth.sim import Simulator
 
 from golden.config import MatcherConfig
-from golden.lines import edata_memory
-from hdl.lines import EdataMemory, LineStore
-from hdl.stream import line_names
-from sim.cases import column_words, comparable, noise, pixel_words
-from sim.streams import check_rules, receive, run_stream, send
+from golden.matcher.lines import edata_memory
+from hdl.matcher.lines import EdataMemory, LineStore
+from hdl.matcher.stream import line_names
+from sim.kit.cases import column_words, comparable, noise, pixel_words
+from sim.kit.streams import check_rules, receive, run_stream, send
 
 
 MAX_WIDTH = 8

@@ -7,13 +7,13 @@ from amaranth import *
 from amaranth.sim import Simulator
 
 from golden.config import WEIGHT_MAX, Arithmetic, Cost, Engine, MatcherConfig
-from golden.labelling import match
-from golden.scenes import discriminates, scene
-from hdl.matcher import Matcher
-from sim.cases import comparable, disparity_words, noise, pixel_words
-from sim.streams import check_rules, receive, run_stream, send
+from golden.matcher.labelling import match
+from golden.pictures.scenes import discriminates, scene
+from hdl.matcher.matcher import Matcher
+from sim.kit.cases import comparable, disparity_words, noise, pixel_words
+from sim.kit.streams import check_rules, receive, run_stream, send
 
-from .test_hdl_lines import MAX_WIDTH, RAGGED, frame, repaired
+from .test_lines import MAX_WIDTH, RAGGED, frame, repaired
 
 
 # Labels, arithmetic, fraction bits, width, height, longest line.

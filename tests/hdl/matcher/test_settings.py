@@ -1,4 +1,4 @@
-"""hdl.settings: which settings a matcher has, and when they are taken."""
+"""hdl.matcher.settings: which settings a matcher has, and when they are taken."""
 
 import numpy as np
 import pytest
@@ -7,8 +7,8 @@ from amaranth.lib import wiring
 from amaranth.lib.wiring import Out
 
 from golden.config import Arithmetic, Cost, FusedParameters, MatcherConfig, Refinement
-from hdl.settings import defaults, held_settings, setting_ports
-from sim.clocked import run_clocked
+from hdl.matcher.settings import defaults, held_settings, setting_ports
+from sim.kit.clocked import run_clocked
 
 
 THESIS = MatcherConfig(disparities=20, arithmetic=Arithmetic.LINEAR, u1=7, u2=0, u3=63, in_use=11)

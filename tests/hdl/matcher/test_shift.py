@@ -5,10 +5,10 @@ import pytest
 from amaranth.sim import Simulator
 
 from golden.config import MatcherConfig
-from golden.cost import delayed
-from hdl.shift import RightShift
-from sim.cases import comparable, noise, pixel_words
-from sim.streams import check_rules, receive, run_stream, send
+from golden.matcher.cost import delayed
+from hdl.matcher.shift import RightShift
+from sim.kit.cases import comparable, noise, pixel_words
+from sim.kit.streams import check_rules, receive, run_stream, send
 
 
 def shift():

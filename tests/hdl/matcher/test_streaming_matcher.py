@@ -6,14 +6,14 @@ import pytest
 from amaranth import *
 
 from golden.config import Arithmetic, Engine, MatcherConfig
-from golden.labelling import match
-from golden.scenes import discriminates, scene
-from hdl.matcher import Matcher
-from sim.cases import comparable, noise, pixel_words
-from sim.streams import run_stream
+from golden.matcher.labelling import match
+from golden.pictures.scenes import discriminates, scene
+from hdl.matcher.matcher import Matcher
+from sim.kit.cases import comparable, noise, pixel_words
+from sim.kit.streams import run_stream
 
-from .test_hdl_lines import MAX_WIDTH, RAGGED, repaired
-from .test_hdl_matcher import after_reset, golden_words, run_script
+from .test_lines import MAX_WIDTH, RAGGED, repaired
+from .test_matcher import after_reset, golden_words, run_script
 
 
 def config_of(labels, max_width, **settings):

@@ -7,9 +7,9 @@ from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 from amaranth.sim import Simulator
 
-from hdl.delay import Delay, StreamRegister, multiply
-from sim.clocked import run_clocked
-from sim.streams import run_stream
+from hdl.parts.delay import Delay, StreamRegister, multiply
+from sim.kit.clocked import run_clocked
+from sim.kit.streams import run_stream
 
 
 @pytest.mark.parametrize("clean", [False, True])

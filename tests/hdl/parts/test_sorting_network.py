@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 from amaranth.sim import Simulator
 
-from hdl.selection import Exchange, Selection, levels, merge, prune, select, sort
+from hdl.parts.sorting_network import Exchange, Selection, levels, merge, prune, select, sort
 
 
 def evaluate(network, values):
-    """Outputs of a :class:`hdl.selection.Selection` for rows of values."""
+    """Outputs of a :class:`hdl.parts.sorting_network.Selection` for rows of values."""
     return run([exchange for level in network.levels for exchange in level], values)[:, network.outputs]
 
 

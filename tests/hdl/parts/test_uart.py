@@ -1,5 +1,5 @@
 # amaranth: UnusedElaboratable=no
-"""hdl.uart: bytes onto a line and back, with noise on it and at another rate."""
+"""hdl.parts.uart: bytes onto a line and back, with noise on it and at another rate."""
 
 from itertools import groupby
 
@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 from amaranth.sim import Simulator
 
-from golden.protocol import BAUD
-from hdl.uart import TOLERANCE, UartReceiver, UartTransmitter
+from golden.host.protocol import BAUD
+from hdl.parts.uart import TOLERANCE, UartReceiver, UartTransmitter
+from sim.kit.streams import check_rules, send
 from sim.models.uart import UartHost
-from sim.streams import check_rules, send
 
 
 # Frames with edges everywhere, and nearly nowhere.

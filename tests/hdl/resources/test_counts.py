@@ -1,12 +1,12 @@
 """Counts of small matchers, exact and per block: better or worse, a change is written down.
 
-``python -m tests.test_resource_counts`` prints what to put here.
+``python -m tests.hdl.resources.test_counts`` prints what to put here.
 """
 
 import pytest
 
 from golden.config import FUSED_2, Arithmetic, Cost, Engine, MatcherConfig
-from hdl.matcher import Matcher
+from hdl.matcher.matcher import Matcher
 from hdl.resources.count import Resources, count
 from hdl.resources.mapping import map_cyclone3
 

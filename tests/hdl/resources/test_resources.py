@@ -12,7 +12,7 @@ from amaranth.lib import wiring
 from amaranth.lib.memory import Memory
 from amaranth.lib.wiring import In, Out
 
-from boards.cyclone3 import CAPACITY
+from boards.cyclone3.platform import CAPACITY
 from hdl.resources import __main__ as command
 from hdl.resources.clock import Clock
 from hdl.resources.count import FIGURES, Count, Resources, count

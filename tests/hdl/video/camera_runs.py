@@ -6,10 +6,10 @@ import numpy as np
 from amaranth import *
 from amaranth.sim import Simulator
 
-from golden.formats import CameraFormat
-from sim.cases import comparable
+from golden.video.formats import CameraFormat
+from sim.kit.cases import comparable
+from sim.kit.streams import check_rules
 from sim.models.camera import frames_of, play
-from sim.streams import check_rules
 
 
 SMALL = CameraFormat(width=6, field_lines=3, blanking=6, before_top=2, after_top=1, before_bottom=1, after_bottom=1)

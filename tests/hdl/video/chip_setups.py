@@ -3,7 +3,7 @@
 from amaranth.hdl import Signal
 from amaranth.sim import Simulator
 
-from golden.setup_steps import Failure
+from golden.video.setup_steps import Failure
 from hdl.video.setup import ChipSetup
 from sim.models.i2c import I2cBus, amaranth_bus
 

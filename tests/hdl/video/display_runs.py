@@ -10,8 +10,8 @@ from amaranth.sim import Simulator
 from golden.config import MatcherConfig
 from hdl.video.dvi import DisplayOutput
 from hdl.video.words import ShownPixel
-from sim.cases import pack
-from sim.display_cases import SMALL_DISPLAY, Fetch
+from sim.kit.cases import pack
+from sim.kit.display_cases import SMALL_DISPLAY, Fetch
 from sim.models.monitor import Monitor, watch_amaranth
 
 

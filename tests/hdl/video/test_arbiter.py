@@ -5,8 +5,8 @@ from collections import deque
 import pytest
 from amaranth.sim import Simulator
 
-from golden.bandwidth import grant_clocks, served_clocks
-from golden.memory_map import WORD_BYTES
+from golden.video.bandwidth import grant_clocks, served_clocks
+from golden.video.memory_map import WORD_BYTES
 from hdl.video.arbiter import Arbiter
 from sim.models.ddr2 import Ddr2Timing, LocalMemory, serve
 

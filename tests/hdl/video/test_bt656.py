@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 
-from golden.bt656 import decode, encode, encode_line, lost_bytes
+from golden.video.bt656 import decode, encode, encode_line, lost_bytes
 from hdl.video.bt656 import CameraInput
 from hdl.video.crossing import ClockWatch
-from sim.cases import comparable
+from sim.kit.cases import comparable
 from sim.models.camera import FAULTS, Camera
-from tests.camera_runs import BYTE, RATIOS, SMALL, TINY, WIDE, pictures, run_camera
+from tests.hdl.video.camera_runs import BYTE, RATIOS, SMALL, TINY, WIDE, pictures, run_camera
 
 
 def receiver(format=SMALL, depth=32):

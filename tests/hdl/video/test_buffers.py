@@ -10,7 +10,7 @@ import pytest
 from amaranth import *
 from amaranth.sim import Simulator
 
-from golden.buffers import Camera, Pictures, Plane
+from golden.video.buffers import Camera, Pictures, Plane
 from hdl.video.buffers import CameraBuffers, PictureSlots
 
 

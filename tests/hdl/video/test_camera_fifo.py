@@ -4,11 +4,11 @@
 import numpy as np
 import pytest
 
-from golden.formats import PAL
+from golden.video.formats import PAL
 from hdl.video.bt656 import CameraInput
 from hdl.video.crossing import ClockWatch
 from sim.models.camera import STANDS, Camera
-from tests.camera_runs import SMALL, TINY, WIDE, pictures, run_camera
+from tests.hdl.video.camera_runs import SMALL, TINY, WIDE, pictures, run_camera
 
 
 PIXELS = TINY.width * TINY.height

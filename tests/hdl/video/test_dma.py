@@ -4,10 +4,10 @@ import pytest
 from amaranth import Module, Signal
 from amaranth.sim import Simulator
 
-from golden.memory_map import MemoryMap, Plane
+from golden.video.memory_map import MemoryMap, Plane
 from hdl.video.dma import LineScan, PixelPacker, PixelUnpacker, WordFifo, line_number
-from sim.cases import comparable, noise
-from sim.streams import check_rules, receive, run_stream, send
+from sim.kit.cases import comparable, noise
+from sim.kit.streams import check_rules, receive, run_stream, send
 
 
 def run(dut, *testbenches):

@@ -5,11 +5,11 @@ import numpy as np
 import pytest
 
 import hdl.video.dvi
-from golden.formats import DISPLAYS, DisplayFormat
+from golden.video.formats import DISPLAYS, DisplayFormat
 from hdl.video.dvi import DisplayOutput, DviTiming
-from sim.clocked import run_clocked
-from sim.display_cases import SMALL_DISPLAY, Fetch, shown_pictures, shown_words
-from tests.display_runs import CONFIG, LABELS, SIZE, run_display
+from sim.kit.clocked import run_clocked
+from sim.kit.display_cases import SMALL_DISPLAY, Fetch, shown_pictures, shown_words
+from tests.hdl.video.display_runs import CONFIG, LABELS, SIZE, run_display
 
 
 def check_pictures(plan, pictures, settings):

@@ -7,16 +7,16 @@ from amaranth import Module
 from amaranth.lib import wiring
 from amaranth.sim import Simulator
 
-from golden.bandwidth import Budget
 from golden.config import MatcherConfig
-from golden.formats import DISPLAYS
-from golden.memory_map import MemoryMap, Plane
+from golden.video.bandwidth import Budget
+from golden.video.formats import DISPLAYS
+from golden.video.memory_map import MemoryMap, Plane
 from hdl.video.arbiter import Arbiter
 from hdl.video.frame_read import PairReader, PictureReader
-from sim.cases import comparable, noise, pixel_words
+from sim.kit.cases import comparable, noise, pixel_words
+from sim.kit.streams import check_rules, receive
+from sim.kit.video_cases import shown_words
 from sim.models.ddr2 import Ddr2Timing, LocalMemory, serve
-from sim.streams import check_rules, receive
-from sim.video_cases import shown_words
 
 
 HOSTILE = Ddr2Timing(busy=0.5, refresh=(150, 30))

@@ -6,12 +6,12 @@ import pytest
 from amaranth.sim import Simulator
 
 from golden.config import MatcherConfig
-from golden.memory_map import MemoryMap
-from sim.cases import comparable, noise
-from sim.memory_path import MemoryPath
+from golden.video.memory_map import MemoryMap
+from sim.benches.memory_path import MemoryPath
+from sim.kit.cases import comparable, noise
+from sim.kit.streams import check_rules, receive, send
+from sim.kit.video_cases import camera_words, plane_words, shown_words
 from sim.models.ddr2 import Ddr2Timing, LocalMemory, serve
-from sim.streams import check_rules, receive, send
-from sim.video_cases import camera_words, plane_words, shown_words
 
 
 HOSTILE = Ddr2Timing(busy=0.4, refresh=(200, 20), stalls=((700, 200), (2000, 100)))

@@ -7,15 +7,15 @@ from amaranth import Module
 from amaranth.lib import wiring
 from amaranth.sim import Simulator
 
-from golden.bandwidth import Budget, MemoryTiming
-from golden.formats import DISPLAYS, CameraFormat
-from golden.memory_map import MemoryMap, Plane
+from golden.video.bandwidth import Budget, MemoryTiming
+from golden.video.formats import DISPLAYS, CameraFormat
+from golden.video.memory_map import MemoryMap, Plane
 from hdl.video.arbiter import Arbiter
 from hdl.video.frame_write import FrameWriter, PictureWriter
-from sim.cases import noise
+from sim.kit.cases import noise
+from sim.kit.streams import check_rules, send
+from sim.kit.video_cases import camera_words, plane_words
 from sim.models.ddr2 import Ddr2Timing, LocalMemory, serve
-from sim.streams import check_rules, send
-from sim.video_cases import camera_words, plane_words
 
 
 HOSTILE = Ddr2Timing(busy=0.5, refresh=(150, 30))

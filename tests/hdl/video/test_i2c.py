@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 from amaranth.sim import Simulator
 
-from golden.setup_steps import Failure
+from golden.video.setup_steps import Failure
 from hdl.video.i2c import I2cMaster
+from sim.kit.streams import check_rules, receive, send
 from sim.models.i2c import I2cBus, amaranth_bus
 from sim.models.i2c_chips import Fault, I2cChip
-from sim.streams import check_rules, receive, send
 
 
 ADDRESS = 0x5C

@@ -7,7 +7,7 @@ import pytest
 from amaranth import *
 from amaranth.sim import Simulator
 
-from golden.pairing import CAMERAS, PLANES, Pairing
+from golden.video.pairing import CAMERAS, PLANES, Pairing
 from hdl.video.pairing import BufferControl
 
 

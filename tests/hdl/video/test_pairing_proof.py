@@ -7,9 +7,9 @@ import pytest
 from amaranth import *
 from amaranth.hdl import Assert, Elaboratable
 
-from golden.pairing import CAMERAS, PLANES
+from golden.video.pairing import CAMERAS, PLANES
 from hdl.video.pairing import BufferControl
-from sim.formal import prove
+from sim.kit.formal import prove
 
 
 class Promises(Elaboratable):

@@ -8,10 +8,10 @@ from amaranth.hdl import Value
 from amaranth.sim import Simulator
 
 from golden.config import MatcherConfig
-from golden.formats import DisplayFormat
+from golden.video.formats import DisplayFormat
 from hdl.video.picture import PictureGate, PictureScan, QueuedPixel
-from sim.cases import comparable
-from sim.display_cases import shown_pictures, shown_words
+from sim.kit.cases import comparable
+from sim.kit.display_cases import shown_pictures, shown_words
 
 
 CONFIG = MatcherConfig(disparities=5)

@@ -3,10 +3,10 @@ from dataclasses import replace
 
 import pytest
 
-from golden.setup_steps import Chip, Drive, Failure, Lock, Poll, Write
+from golden.video.setup_steps import Chip, Drive, Failure, Lock, Poll, Write
 from hdl.video.setup import ChipSetup
 from sim.models.i2c_chips import Fault, I2cChip
-from tests.chip_setups import CLOCK_HZ, TICK, run_setup
+from tests.hdl.video.chip_setups import CLOCK_HZ, TICK, run_setup
 
 
 ADDRESS = 0x31

@@ -4,10 +4,10 @@ from dataclasses import replace
 
 import pytest
 
-from golden.setup_steps import TFP410, TFP410_STRAPS, TVP5154, Drive, Failure, Write
+from golden.video.setup_steps import TFP410, TFP410_STRAPS, TVP5154, Drive, Failure, Write
 from sim.models.i2c_chips import Fault
 from sim.models.video_chips import Tfp410, Tvp5154
-from tests.chip_setups import TICK, run_setup
+from tests.hdl.video.chip_setups import TICK, run_setup
 
 
 def quick(chip):

@@ -3,7 +3,7 @@ import pytest
 
 from golden.config import Arithmetic, Cost, MatcherConfig, Refinement
 from hdl.video.shown_label import ShownLabel
-from sim.clocked import run_clocked
+from sim.kit.clocked import run_clocked
 
 
 @pytest.mark.parametrize("sub_pixel", [False, True])

@@ -8,12 +8,12 @@ import pytest
 from amaranth.hdl import Fragment
 from amaranth.sim import Simulator
 
-from golden.bandwidth import MemoryTiming
 from golden.config import Arithmetic, Engine, MatcherConfig
 from golden.errors import UserError
-from golden.formats import DISPLAYS, PAL
+from golden.video.bandwidth import MemoryTiming
+from golden.video.formats import DISPLAYS, PAL
 from hdl.video.system import PairFork, StereoSystem
-from sim.streams import check_rules, receive, send
+from sim.kit.streams import check_rules, receive, send
 
 
 DISPLAY = DISPLAYS["720x576"]

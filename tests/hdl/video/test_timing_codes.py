@@ -1,9 +1,9 @@
 import numpy as np
 import pytest
 
-from golden.bt656 import CORRECTED, PREAMBLE
+from golden.video.bt656 import CORRECTED, PREAMBLE
 from hdl.video.timing_codes import TimingCodes
-from sim.clocked import run_clocked
+from sim.kit.clocked import run_clocked
 
 
 OUTPUTS = ("byte", "found", "valid", "corrected", "code")

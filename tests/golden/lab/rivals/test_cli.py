@@ -8,12 +8,12 @@ import pytest
 
 from golden.__main__ import main
 from golden.config import Arithmetic, MatcherConfig
-from golden.dataset import MASKS, PAIRS, load_pair
-from golden.evaluate import evaluate
-from golden.images import write_picture
-from golden.rivals import gaps, measure
-from golden.rivals.registry import METHODS
-from golden.scenes import layers
+from golden.lab.evaluate import evaluate
+from golden.lab.rivals import gaps, measure
+from golden.lab.rivals.registry import METHODS
+from golden.pictures.dataset import MASKS, PAIRS, load_pair
+from golden.pictures.images import write_picture
+from golden.pictures.scenes import layers
 
 
 FREE = ["one-pass-linear", "dynamic-programming"]  # need no package of the extra
@@ -184,7 +184,7 @@ def test_no_cluster(capsys, folder):
 
 @pytest.mark.parametrize("arguments", [["rivals", "--methods", "alpha-expansion"], ["rivals", "--methods", "opencv-bm"], ["gaps"]])
 def test_package_missing(monkeypatch, capsys, arguments):
-    monkeypatch.setattr("golden.workers.importlib.util.find_spec", lambda name: None)
+    monkeypatch.setattr("golden.lab.workers.importlib.util.find_spec", lambda name: None)
     assert main([*arguments, "--data", "."]) == 2
     assert capsys.readouterr().err.endswith("is not installed; install the extra lab of this package\n")
 

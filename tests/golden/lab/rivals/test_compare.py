@@ -5,13 +5,13 @@ import pytest
 
 from golden.__main__ import main
 from golden.config import Arithmetic, MatcherConfig
-from golden.dataset import StereoPair
-from golden.images import read_colours, write_picture
-from golden.matcher import disparities as match
-from golden.metrics import bad_pixels
-from golden.rivals import compare
-from golden.rivals.registry import METHODS
-from golden.scenes import SCENES, layers
+from golden.lab.rivals import compare
+from golden.lab.rivals.registry import METHODS
+from golden.matcher.matcher import disparities as match
+from golden.pictures.dataset import StereoPair
+from golden.pictures.images import read_colours, write_picture
+from golden.pictures.metrics import bad_pixels
+from golden.pictures.scenes import SCENES, layers
 
 
 FREE = ["--methods", "one-pass-linear", "dynamic-programming"]  # need no package of the extra
@@ -151,6 +151,6 @@ def test_bad_input(folder, capsys, arguments, message):
 
 
 def test_package_missing(capsys, monkeypatch):
-    monkeypatch.setattr("golden.workers.importlib.util.find_spec", lambda name: None)
+    monkeypatch.setattr("golden.lab.workers.importlib.util.find_spec", lambda name: None)
     assert main(["compare"]) == 2
     assert capsys.readouterr().err == "golden compare: cv2 is not installed; install the extra lab of this package\n"

@@ -1,4 +1,4 @@
-"""golden.rivals.cuts: moves against all labellings of tiny pictures; energies never rise."""
+"""golden.lab.rivals.cuts: moves against all labellings of tiny pictures; energies never rise."""
 
 import itertools
 
@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from golden.config import Arithmetic, Cost, MatcherConfig
-from golden.cost import local_disparity, matching_cost
-from golden.energy import energy as energy_of_golden
-from golden.labelling import match
-from golden.rivals import cuts
-from golden.scenes import layers
+from golden.lab.rivals import cuts
+from golden.matcher.cost import local_disparity, matching_cost
+from golden.matcher.energy import energy as energy_of_golden
+from golden.matcher.labelling import match
+from golden.pictures.scenes import layers
 
 
 pytest.importorskip("maxflow", reason="maxflow, of the extra lab, is not installed")

@@ -1,4 +1,4 @@
-"""golden.rivals.maxflow: the cut of a line against all its labellings, and a line's energy against the rule's."""
+"""golden.lab.rivals.maxflow: the cut of a line against all its labellings, and a line's energy against the rule's."""
 
 import itertools
 
@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 
 from golden.config import Arithmetic, Cost, MatcherConfig
-from golden.cost import local_disparity, matching_cost
-from golden.dataset import StereoPair
-from golden.labelling import labelling, slopes
-from golden.rivals import gaps as gaps_command
-from golden.rivals import maxflow
-from golden.scenes import layers
+from golden.lab.rivals import gaps as gaps_command
+from golden.lab.rivals import maxflow
+from golden.matcher.cost import local_disparity, matching_cost
+from golden.matcher.labelling import labelling, slopes
+from golden.pictures.dataset import StereoPair
+from golden.pictures.scenes import layers
 
 
 SOLVERS = {"augmenting_path": "maxflow", "push_relabel": "ortools"}
@@ -60,7 +60,7 @@ def picture(height=12):
 
 
 def line_of(pair):
-    """What :func:`golden.rivals.maxflow.line_terms` starts from."""
+    """What :func:`golden.lab.rivals.maxflow.line_terms` starts from."""
     config = MatcherConfig(disparities=9, arithmetic=Arithmetic.LINEAR)
     cost = matching_cost(pair.left, pair.right, config)
     local = local_disparity(cost)

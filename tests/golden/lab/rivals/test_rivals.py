@@ -1,4 +1,4 @@
-"""golden.rivals: scanline dynamic programming, windows, OpenCV and the registry; each on scenes whose answer is known."""
+"""golden.lab.rivals: scanline dynamic programming, windows, OpenCV and the registry; each on scenes whose answer is known."""
 
 import itertools
 import subprocess
@@ -8,13 +8,13 @@ import numpy as np
 import pytest
 
 from golden.config import Arithmetic, Cost, MatcherConfig
-from golden.matcher import disparities as match
-from golden.metrics import bad_pixels
-from golden.refine import fill_plain
-from golden.rivals import cuts, opencv, scanline, ssd
-from golden.rivals.differences import absolute_differences, beyond
-from golden.rivals.registry import METHODS, PUBLISHED
-from golden.scenes import layers
+from golden.lab.rivals import cuts, opencv, scanline, ssd
+from golden.lab.rivals.differences import absolute_differences, beyond
+from golden.lab.rivals.registry import METHODS, PUBLISHED
+from golden.matcher.matcher import disparities as match
+from golden.matcher.refine import fill_plain
+from golden.pictures.metrics import bad_pixels
+from golden.pictures.scenes import layers
 
 
 def needs(name):

@@ -1,4 +1,4 @@
-"""golden.thesis.choices: each reading of the thesis, against the plain rule pixel by pixel."""
+"""golden.lab.thesis.choices: each reading of the thesis, against the plain rule pixel by pixel."""
 
 import itertools
 
@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from golden.config import MatcherConfig
-from golden.labelling import match
-from golden.thesis.choices import BORDERS, FORMATS, GREYS, Choice, all_choices, bordered_cost, disparities, grey_levels
+from golden.lab.thesis.choices import BORDERS, FORMATS, GREYS, Choice, all_choices, bordered_cost, disparities, grey_levels
+from golden.matcher.labelling import match
 
 
 CONFIG = MatcherConfig(disparities=5, u1=9, u2=7, u3=4)

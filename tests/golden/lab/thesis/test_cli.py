@@ -10,16 +10,16 @@ import numpy as np
 import pytest
 
 from golden.__main__ import main
-from golden.cache import Cache
-from golden.dataset import MASKS, PAIRS, load_pair
-from golden.images import write_picture
-from golden.labelling import match
-from golden.scenes import layers
-from golden.thesis import command, results, sweeps, weights
-from golden.thesis.choices import Choice
-from golden.thesis.laboratory import Laboratory
-from golden.workers import workers
-from tests.test_thesis_tables import RESOURCES, RIVALS
+from golden.lab.cache import Cache
+from golden.lab.thesis import command, results, sweeps, weights
+from golden.lab.thesis.choices import Choice
+from golden.lab.thesis.laboratory import Laboratory
+from golden.lab.workers import workers
+from golden.matcher.labelling import match
+from golden.pictures.dataset import MASKS, PAIRS, load_pair
+from golden.pictures.images import write_picture
+from golden.pictures.scenes import layers
+from tests.golden.lab.thesis.test_tables import RESOURCES, RIVALS
 
 
 for package in ("dask", "jinja2"):

@@ -1,10 +1,10 @@
-"""golden.thesis.disturb: lenses and cameras, against what they are said to do."""
+"""golden.lab.thesis.disturb: lenses and cameras, against what they are said to do."""
 
 import numpy as np
 import pytest
 
-from golden.dataset import StereoPair
-from golden.thesis.disturb import Lens, distort, disturb, straighten
+from golden.lab.thesis.disturb import Lens, distort, disturb, straighten
+from golden.pictures.dataset import StereoPair
 
 
 def flat(disparity=6, width=81, height=61):

@@ -1,4 +1,4 @@
-"""golden.thesis.page and .plots: pages that hold what they are given, and pictures that show it."""
+"""golden.lab.thesis.page and .plots: pages that hold what they are given, and pictures that show it."""
 
 import base64
 import html.parser
@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from golden.thesis.page import Picture, Section, Table, markdown
-from golden.thesis.page import html as html_page
-from golden.thesis.plots import curves, heat, panels
+from golden.lab.thesis.page import Picture, Section, Table, markdown
+from golden.lab.thesis.page import html as html_page
+from golden.lab.thesis.plots import curves, heat, panels
 
 
 pytest.importorskip("jinja2", reason="jinja2, of the extra lab, is not installed")

@@ -1,4 +1,4 @@
-"""golden.thesis.sweeps: jobs give what the golden model gives."""
+"""golden.lab.thesis.sweeps: jobs give what the golden model gives."""
 
 import dataclasses
 
@@ -6,14 +6,14 @@ import numpy as np
 import pytest
 
 from golden.config import Arithmetic, Cost, MatcherConfig
-from golden.cost import local_disparity, matching_cost
-from golden.dataset import StereoPair
-from golden.matcher import disparities
-from golden.metrics import bad_pixels
-from golden.scenes import layers
-from golden.thesis import sweeps
-from golden.thesis.choices import Choice
-from golden.thesis.disturb import distort, disturb, straighten
+from golden.lab.thesis import sweeps
+from golden.lab.thesis.choices import Choice
+from golden.lab.thesis.disturb import distort, disturb, straighten
+from golden.matcher.cost import local_disparity, matching_cost
+from golden.matcher.matcher import disparities
+from golden.pictures.dataset import StereoPair
+from golden.pictures.metrics import bad_pixels
+from golden.pictures.scenes import layers
 
 
 @pytest.fixture(scope="module")

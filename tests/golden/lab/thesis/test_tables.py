@@ -1,14 +1,14 @@
-"""golden.thesis.tables: what other commands wrote is read, and nothing else."""
+"""golden.lab.thesis.tables: what other commands wrote is read, and nothing else."""
 
 import copy
 import json
 
 import pytest
 
-from golden.dataset import MASKS
 from golden.errors import UserError
-from golden.thesis.published import TABLE_1, TABLE_2, TABLE_3
-from golden.thesis.tables import read_resources, read_rivals, table_2, table_3
+from golden.lab.thesis.published import TABLE_1, TABLE_2, TABLE_3
+from golden.lab.thesis.tables import read_resources, read_rivals, table_2, table_3
+from golden.pictures.dataset import MASKS
 
 
 RIVALS = {"methods": {

@@ -2,9 +2,9 @@ import numpy as np
 import pytest
 from amaranth.sim import Simulator
 
-from golden.confidence import CONFIDENCE_MAX, confidence
 from golden.config import Arithmetic, Cost, MatcherConfig, Refinement
-from hdl.confidence import Confidence
+from golden.matcher.confidence import CONFIDENCE_MAX, confidence
+from hdl.matcher.refine.confidence import Confidence
 
 
 def config_of(disparities, sub_pixel):

@@ -2,11 +2,11 @@ import numpy as np
 import pytest
 
 from golden.config import Arithmetic, Cost, MatcherConfig, Refinement
-from golden.refine import fill
-from hdl.fill import Fill
-from sim.cases import comparable, label_words
-from sim.frames import run_frames
-from sim.streams import run_stream
+from golden.matcher.refine import fill
+from hdl.matcher.refine.fill import Fill
+from sim.kit.cases import comparable, label_words
+from sim.kit.frames import run_frames
+from sim.kit.streams import run_stream
 
 
 def config_of(disparities=80, max_width=40, *, sub_pixel=False):

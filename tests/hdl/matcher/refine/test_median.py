@@ -10,19 +10,19 @@ from amaranth.lib.wiring import In, Out
 from amaranth.sim import Simulator
 
 from golden.config import Arithmetic, Cost, FusedParameters, MatcherConfig, Refinement
-from golden.fused import labelling, match
-from golden.refine import median
-from golden.scenes import scene
-from golden.sub_pixel import sub_pixel_labels
-from golden.support import arms, fused_cost, support_sizes, support_sums
-from hdl.fill import Fill
-from hdl.median import Median, MedianColumns
-from hdl.stream import DisparityWord, LabelWord
-from sim.cases import comparable, label_words, refined_words
-from sim.frames import run_frames
-from sim.streams import run_stream, send
+from golden.matcher.fused import labelling, match
+from golden.matcher.refine import median
+from golden.matcher.sub_pixel import sub_pixel_labels
+from golden.matcher.support import arms, fused_cost, support_sizes, support_sums
+from golden.pictures.scenes import scene
+from hdl.matcher.refine.fill import Fill
+from hdl.matcher.refine.median import Median, MedianColumns
+from hdl.matcher.stream import DisparityWord, LabelWord
+from sim.kit.cases import comparable, label_words, refined_words
+from sim.kit.frames import run_frames
+from sim.kit.streams import run_stream, send
 
-from .test_hdl_selection import evaluate
+from ...parts.test_sorting_network import evaluate
 
 
 def config_of(disparities=80, max_width=40, *, window=5, sub_pixel=False):

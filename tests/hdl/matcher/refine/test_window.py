@@ -3,9 +3,9 @@ import pytest
 from amaranth.sim import Simulator
 
 from golden.config import Arithmetic, Cost, MatcherConfig
-from hdl.label_columns import LabelColumns
-from sim.cases import comparable, label_words
-from sim.streams import send
+from hdl.matcher.refine.window import LabelColumns
+from sim.kit.cases import comparable, label_words
+from sim.kit.streams import send
 
 
 def config_of(max_width):

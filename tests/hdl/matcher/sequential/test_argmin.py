@@ -2,8 +2,8 @@ import numpy as np
 import pytest
 from amaranth.sim import Simulator
 
-from golden.argmin import comparator_tree
-from hdl.argmin import ComparatorTree
+from golden.matcher.argmin import comparator_tree
+from hdl.matcher.sequential.argmin import ComparatorTree
 
 
 def run_tree(dut, sets, enables=None):

@@ -2,11 +2,11 @@ import numpy as np
 import pytest
 
 from golden.config import Arithmetic, MatcherConfig
-from golden.cost import local_disparity, matching_cost
-from golden.scenes import discriminates, scene
-from hdl.bec import Bec
-from sim.cases import bec_words_of, column_words, comparable, noise
-from sim.streams import run_stream
+from golden.matcher.cost import local_disparity, matching_cost
+from golden.pictures.scenes import discriminates, scene
+from hdl.matcher.sequential.bec import Bec
+from sim.kit.cases import bec_words_of, column_words, comparable, noise
+from sim.kit.streams import run_stream
 
 
 CONFIGS = [

@@ -3,12 +3,12 @@ import pytest
 from amaranth.sim import Simulator
 
 from golden.config import Arithmetic, MatcherConfig
-from golden.cost import matching_cost
-from golden.scenes import scene
-from hdl.cost import BuffersWord, CostEnergy, CostWord, Edata, EdataWord, SubPixelBuffers, SubPixels, SubPixelWord
-from hdl.stream import ColumnWord
-from sim.cases import buffers_words, column_words, comparable, cost_words, edata_words, noise, sub_pixel_words
-from sim.streams import run_stream
+from golden.matcher.cost import matching_cost
+from golden.pictures.scenes import scene
+from hdl.matcher.sequential.cost import BuffersWord, CostEnergy, CostWord, Edata, EdataWord, SubPixelBuffers, SubPixels, SubPixelWord
+from hdl.matcher.stream import ColumnWord
+from sim.kit.cases import buffers_words, column_words, comparable, cost_words, edata_words, noise, sub_pixel_words
+from sim.kit.streams import run_stream
 
 
 CONFIGS = [

@@ -5,11 +5,11 @@ import pytest
 from amaranth.sim import Simulator
 
 from golden.config import WEIGHT_MAX, Arithmetic, MatcherConfig
-from golden.labelling import cost_summation, labelling
-from golden.scenes import discriminates
-from hdl.sequential import CostSummation, SequentialEngine
-from sim.cases import bec_words, comparable, disparity_words, noise
-from sim.streams import check_rules, receive, send
+from golden.matcher.labelling import cost_summation, labelling
+from golden.pictures.scenes import discriminates
+from hdl.matcher.sequential.engine import CostSummation, SequentialEngine
+from sim.kit.cases import bec_words, comparable, disparity_words, noise
+from sim.kit.streams import check_rules, receive, send
 
 
 CONFIGS = [

@@ -5,8 +5,8 @@ import pytest
 from amaranth.sim import Simulator
 
 from golden.config import WEIGHT_MAX, Arithmetic, MatcherConfig
-from golden.smooth import smooth
-from hdl.smooth import LookUpTable, Smooth
+from golden.matcher.smooth import smooth
+from hdl.matcher.sequential.smooth import LookUpTable, Smooth
 
 
 CONFIGS = [

@@ -2,12 +2,12 @@ import numpy as np
 import pytest
 
 from golden.config import Arithmetic, MatcherConfig
-from golden.cost import local_disparity, matching_cost
-from golden.lines import line_store
-from golden.scenes import scene
-from hdl.bec_array import BecArray, LabelMemory, groups_of
-from sim.cases import noise
-from sim.clocked import run_clocked
+from golden.matcher.cost import local_disparity, matching_cost
+from golden.matcher.lines import line_store
+from golden.pictures.scenes import scene
+from hdl.matcher.streaming.bec_array import BecArray, LabelMemory, groups_of
+from sim.kit.cases import noise
+from sim.kit.clocked import run_clocked
 
 
 NAMES = ("minus", "line", "plus")

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from golden.config import WEIGHT_MAX, Arithmetic, Cost, FusedParameters, MatcherConfig
-from golden.smooth import cones, slope
-from hdl.cones import Cones
-from sim.clocked import run_clocked
+from golden.matcher.smooth import cones, slope
+from hdl.matcher.streaming.cones import Cones
+from sim.kit.clocked import run_clocked
 
 
 def config_of(labels, fraction_bits, cost=Cost.THESIS, **fused):

@@ -8,14 +8,14 @@ from amaranth.lib.wiring import In, Out
 from amaranth.sim import Simulator
 
 from golden.config import Arithmetic, Cost, FusedParameters, MatcherConfig
-from golden.fused import stages
-from golden.scenes import scene
-from hdl.bec_array import Queued
-from hdl.fused_array import FusedArray, signed_digits
-from hdl.stream import CensusWord
-from hdl.waves import WaveSource
-from sim.cases import engine_words, noise
-from sim.streams import send
+from golden.matcher.fused import stages
+from golden.pictures.scenes import scene
+from hdl.matcher.stream import CensusWord
+from hdl.matcher.streaming.bec_array import Queued
+from hdl.matcher.streaming.fused_array import FusedArray, signed_digits
+from hdl.matcher.streaming.waves import WaveSource
+from sim.kit.cases import engine_words, noise
+from sim.kit.streams import send
 
 
 def config_of(labels, width, minimum=0, **fused):

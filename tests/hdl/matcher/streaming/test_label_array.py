@@ -2,14 +2,14 @@ import numpy as np
 import pytest
 
 from golden.config import Arithmetic, MatcherConfig
-from golden.labelling import transition
-from golden.smooth import cones
-from hdl.label_array import LabelArray
-from sim.clocked import run_clocked
+from golden.matcher.labelling import transition
+from golden.matcher.smooth import cones
+from hdl.matcher.streaming.label_array import LabelArray
+from sim.kit.clocked import run_clocked
 
 
 def waves_of(upper, lower, w1, w2, w3, config):
-    """The waves that :class:`hdl.cones.Cones` sends."""
+    """The waves that :class:`hdl.matcher.streaming.cones.Cones` sends."""
     falling, rising = -w2 - w3 - w1, w2 + w3 - w1
     between = (w2 - w3 if upper < lower else w3 - w2) - w1
     low, high = min(upper, lower), max(upper, lower)

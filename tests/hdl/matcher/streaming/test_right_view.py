@@ -2,9 +2,9 @@ import numpy as np
 import pytest
 
 from golden.config import Arithmetic, Cost, FusedParameters, MatcherConfig
-from golden.refine import check
-from hdl.right_view import LeftRightCheck
-from sim.clocked import run_clocked
+from golden.matcher.refine import check
+from hdl.matcher.streaming.right_view import LeftRightCheck
+from sim.kit.clocked import run_clocked
 
 
 def config_of(labels, width, minimum=0, tolerance=1):

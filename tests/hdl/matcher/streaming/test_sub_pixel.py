@@ -2,9 +2,9 @@ import numpy as np
 import pytest
 
 from golden.config import Arithmetic, Cost, MatcherConfig
-from golden.sub_pixel import fraction, neighbouring_sums
-from hdl.sub_pixel import FractionCell, SubPixel
-from sim.clocked import run_clocked
+from golden.matcher.sub_pixel import fraction, neighbouring_sums
+from hdl.matcher.streaming.sub_pixel import FractionCell, SubPixel
+from sim.kit.clocked import run_clocked
 
 
 def config_of(labels):

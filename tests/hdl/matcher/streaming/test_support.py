@@ -4,9 +4,9 @@ from amaranth import *
 from amaranth.sim import Simulator
 
 from golden.config import Arithmetic, Cost, FusedParameters, MatcherConfig
-from golden.support import arms
-from hdl.support import Arms, StepDelay, SupportSource
-from sim.clocked import run_clocked
+from golden.matcher.support import arms
+from hdl.matcher.streaming.support import Arms, StepDelay, SupportSource
+from sim.kit.clocked import run_clocked
 
 
 def config_of(reach, threshold=10):

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from golden.config import Arithmetic, Cost, FusedParameters, MatcherConfig
-from golden.vertical import alike, vertical_support
-from hdl.vertical import VerticalSupport
-from sim.clocked import run_clocked
+from golden.matcher.vertical import alike, vertical_support
+from hdl.matcher.streaming.vertical import VerticalSupport
+from sim.kit.clocked import run_clocked
 
 
 def config_of(max_width, labels):

@@ -1,14 +1,14 @@
-"""hdl.waves: what waves carry on lines longer than its counter of columns counts; the arrays' tests show the rest."""
+"""hdl.matcher.streaming.waves: what waves carry on lines longer than its counter of columns counts; the arrays' tests show the rest."""
 
 import numpy as np
 import pytest
 from amaranth.sim import Simulator
 
 from golden.config import Arithmetic, Cost, FusedParameters, MatcherConfig
-from golden.vertical import alike
-from hdl.waves import WaveSource
-from sim.cases import engine_words, noise
-from sim.streams import send
+from golden.matcher.vertical import alike
+from hdl.matcher.streaming.waves import WaveSource
+from sim.kit.cases import engine_words, noise
+from sim.kit.streams import send
 
 
 @pytest.mark.parametrize("minimum, vertical", [(0, 0), (3, 0), (255, 0), (3, 1)])
