@@ -8,6 +8,7 @@ from pathlib import Path
 from ..cli import Parser
 from ..errors import run_cli
 from ..files import atomic, check_output
+from ..pages import digest, origin
 from .protocol import (
     BAUD,
     FRAME_BYTES,
@@ -97,8 +98,7 @@ _SECTIONS = {
 
 def page(registers: RegisterMap) -> str:
     """The page of the map and of the protocol, in Markdown."""
-    lines = ["# Registers", "", "Written by `python -m golden.host.register_page --output docs/registers.md`; do not edit.", "",
-             "## Protocol", "", *_protocol()]
+    lines = ["## Protocol", "", *_protocol()]
     for kind, (title, about) in _SECTIONS.items():
         lines += ["", f"## {title}", "", about, "",
                   "| address | name | bits | values | reset | unit | meaning |", "|---|---|---:|---|---:|---|---|"]
@@ -108,7 +108,8 @@ def page(registers: RegisterMap) -> str:
         if register.words and len(register.words) > 1 and not all(word in register.limits for word in register.words.values()):
             lines += ["", f"### Values of `{register.name}`", "", "| value | meaning |", "|---:|---|"]
             lines += [f"| {value} | {word} |" for value, word in register.words.items()]
-    return "\n".join(lines) + "\n"
+    head = ["# Registers", "", origin("python -m golden.host.register_page --output docs/registers.md", digest(lines)), ""]
+    return "\n".join(head + lines) + "\n"
 
 
 def _run(argv: Sequence[str] | None) -> None:

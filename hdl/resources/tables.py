@@ -13,6 +13,8 @@ from golden.cli import Parser, progress
 from golden.config import Arithmetic, Engine, MatcherConfig
 from golden.errors import UserError, run_cli
 from golden.files import atomic, check_output
+from golden.lab.thesis.published import TABLE_3
+from golden.pages import digest, origin, table
 
 from ..matcher.matcher import Matcher
 from .__main__ import need
@@ -21,19 +23,14 @@ from .mapping import map_cyclone3
 from .report import THESIS, TITLES
 
 
-__all__ = ["main"]
+__all__ = ["SMALL", "inputs", "main"]
 
 
 SIZES = ((384, 288, 16), (720, 576, 80), (1280, 720, 80), (1920, 1080, 80))
 
-#: Table 3 of the thesis: hardware, width, height, disparities, method, frames a second.
-THESIS_TABLE_3 = (
-    ("4 x Virtex-2 [26]", 256, 360, 20, "local weighted phase correlation", 30),
-    ("Virtex-4 [27]", 640, 480, 64, "census, local", 60),
-    ("Virtex-2 [28]", 640, 480, 128, "SAD, local", 60),
-    ("Virtex-2 [29]", 640, 480, 64, "SAD, local", 30),
-    ("Cyclone III, the thesis", 720, 576, 80, "one-pass graph cut", 25),
-)
+#: Width and disparities of small matchers, one of each engine. Their totals stand for the gateware in the page's digest: the tests count
+#: them, so a change of the gateware that changes a count makes the page stale.
+SMALL = (64, 6)
 
 
 def _config(engine: Engine, width: int, disparities: int) -> MatcherConfig:
@@ -41,24 +38,29 @@ def _config(engine: Engine, width: int, disparities: int) -> MatcherConfig:
     return MatcherConfig(disparities=disparities, arithmetic=arithmetic, max_width=width, engine=engine)
 
 
-def _counts(bar: Progress) -> dict[tuple[Engine, int], Resources]:
-    """Totals of both engines at every size, by engine and width."""
-    jobs = [(engine, width, disparities) for engine in Engine for width, _, disparities in SIZES]
+def _counts(bar: Progress) -> tuple[dict[tuple[Engine, int], Resources], list[Resources]]:
+    """Totals of both engines at every size, by engine and width, and those of the small matchers."""
+    jobs = [(engine, width, disparities) for engine in Engine for width, disparities in (*((size[0], size[2]) for size in SIZES), SMALL)]
     task = bar.add_task("", total=len(jobs))
     found = {}
     for engine, width, disparities in jobs:
         bar.update(task, description=f"{engine}, {width} wide, {disparities} disparities")
         found[engine, width] = count(map_cyclone3(Matcher(_config(engine, width, disparities)), "matcher")).total
         bar.advance(task)
-    return found
+    return found, [found.pop((engine, SMALL[0])) for engine in Engine]
 
 
-def _row(cells: Sequence[object]) -> str:
-    return "| " + " | ".join(str(cell) for cell in cells) + " |"
+def inputs(tables: Sequence[str], small: Sequence[Resources]) -> str:
+    """Digest of the page's inputs: what is counted, what the thesis prints, the figures, and the totals of the small matchers.
 
-
-def _table(head: Sequence[object], rows: Sequence[Sequence[object]]) -> list[str]:
-    return [_row(head), _row(["---"] + ["---:"] * (len(head) - 1)), *map(_row, rows)]
+    Parameters
+    ----------
+    tables : sequence of str
+        Lines of both tables, as the page has them.
+    small : sequence of Resources
+        Totals of the small matchers, in the order of the engines.
+    """
+    return digest(SIZES, TABLE_3, THESIS, cyclone3.CAPACITY, list(tables), [list(total) for total in small])
 
 
 def _table_2(counts: dict[tuple[Engine, int], Resources]) -> list[str]:
@@ -66,14 +68,14 @@ def _table_2(counts: dict[tuple[Engine, int], Resources]) -> list[str]:
             *(f"{engine} {'x'.join(map(str, size))}" for engine in Engine for size in SIZES)]
     rows = [[TITLES[figure], f"{cyclone3.CAPACITY[figure]:,}", f"{THESIS[figure]:,}" if figure in THESIS else "-",
              *(f"{getattr(counts[engine, size[0]], figure):,}" for engine in Engine for size in SIZES)] for figure in FIGURES]
-    return _table(head, rows)
+    return table(head, rows)
 
 
 def _table_3(clocks: Sequence[dict]) -> list[str]:  # type: ignore[type-arg]
     def row(hardware: str, width: int, height: int, disparities: int, method: str, rate: float) -> list[str]:
         return [hardware, f"{width}x{height}", str(disparities), method, f"{rate:.4g}", f"{rate * width * height * disparities / 1e6:,.0f}"]
 
-    rows = [row(*entry) for entry in THESIS_TABLE_3]
+    rows = [row(*entry) for entry in TABLE_3]
     for clock in clocks:
         engine = Engine(clock["engine"])
         matcher = Matcher(_config(engine, clock["width"], clock["disparities"]))
@@ -81,7 +83,7 @@ def _table_3(clocks: Sequence[dict]) -> list[str]:  # type: ignore[type-arg]
         rate = clock["clock_mhz"] * 1e6 / matcher.frame_clocks(clock["width"], clock["height"])
         rows.append(row(f"ours, {engine}, at {clock['clock_mhz']:.1f} MHz (stand-in ECP5-85F)", clock["width"], clock["height"],
                         clock["disparities"], "one-pass graph cut", rate))
-    return _table(["hardware", "picture", "disparities", "method", "frames/s", "million disparities/s"], rows)
+    return table(["hardware", "picture", "disparities", "method", "frames/s", "million disparities/s"], rows)
 
 
 def _read_clock(path: Path) -> dict:  # type: ignore[type-arg]
@@ -102,16 +104,19 @@ def _run(argv: Sequence[str] | None) -> int:
     clocks = [_read_clock(path) for path in options.clock]
     need("pyosys", "pyosys")
     with progress() as bar:
-        counts = _counts(bar)
+        counts, small = _counts(bar)
+    resources, rate = _table_2(counts), _table_3(clocks)
+    command = "python -m hdl.resources.tables" + "".join(f" --clock {path.name}" for path in options.clock)
     text = [
         "# Tables 2 and 3 of the thesis, and ours", "",
-        "Written by `python -m hdl.resources.tables`. The count is ours, on Yosys passes; `python -m hdl.resources` states the method and",
-        "its error, and counts each block. The sequential engine is counted with the thesis's arithmetic, the streaming engine with",
-        "`linear`.", "",
-        "## Table 2: resources", "", *_table_2(counts), "",
+        origin(command, inputs([*resources, *rate], small)), "",
+        "The count is ours, on Yosys passes; `python -m hdl.resources` states the method and its error, and counts each block. The",
+        "sequential engine is counted with the thesis's arithmetic, the streaming engine with `linear`.", "",
+        "## Table 2: resources", "", *resources, "",
         "## Table 3: rate", "",
         "Our rows are at the clock rate that nextpnr reaches on an ECP5-85F, speed 6, for the whole matcher: a stand-in, because no open",
-        "tool routes a Cyclone III. Blanking between lines and frames is included.", "", *_table_3(clocks), "",
+        "tool routes a Cyclone III; `python -m hdl.resources --clock --json FILE` measures it in half an hour. Blanking between lines and",
+        "frames is included.", "", *rate, "",
     ]
     with atomic(options.output) as file:
         file.write("\n".join(text).encode())

@@ -39,11 +39,11 @@ TABLE_1 = {
 #: Used of the EP3C120, and what it has.
 TABLE_2 = {"logic elements": (66_123, 119_088), "memory bits": (1_901_632, 3_981_312), "multipliers 9x9": (480, 576)}
 
-#: Hardware, picture, disparities, method, frames a second.
+#: Hardware, width and height in pixels, disparities, method, frames a second.
 TABLE_3 = (
-    ("4 x Virtex-2 [26]", "256x360", 20, "local weighted phase correlation", 30),
-    ("Virtex-4 [27]", "640x480", 64, "census, local", 60),
-    ("Virtex-2 [28]", "640x480", 128, "SAD, local", 60),
-    ("Virtex-2 [29]", "640x480", 64, "SAD, local", 30),
-    ("Cyclone III, the thesis", "720x576", 80, "modified graph cut", 25),
+    ("4 x Virtex-2 [26]", 256, 360, 20, "local weighted phase correlation", 30),
+    ("Virtex-4 [27]", 640, 480, 64, "census, local", 60),
+    ("Virtex-2 [28]", 640, 480, 128, "SAD, local", 60),
+    ("Virtex-2 [29]", 640, 480, 64, "SAD, local", 30),
+    ("Cyclone III, the thesis", 720, 576, 80, "modified graph cut", 25),
 )

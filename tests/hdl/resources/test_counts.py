@@ -3,10 +3,14 @@
 ``python -m tests.hdl.resources.test_counts`` prints what to put here.
 """
 
+import pathlib
+
 import pytest
 
 from golden.config import FUSED_2, Arithmetic, Cost, Engine, MatcherConfig
+from golden.pages import read_origin
 from hdl.matcher.matcher import Matcher
+from hdl.resources import tables
 from hdl.resources.count import Resources, count
 from hdl.resources.mapping import map_cyclone3
 
@@ -358,6 +362,17 @@ def blocks_of(config):
 @pytest.mark.parametrize("name", CONFIGS)
 def test_counts(name):
     assert blocks_of(CONFIGS[name]) == {block: Resources(*figures) for block, figures in COUNTS[name].items()}
+
+
+def test_page_is_of_these_counts():
+    """The digest in docs/resources.md is that of its tables and of the counts above; else its command must write it again."""
+    page = pathlib.Path(__file__).parents[3] / "docs" / "resources.md"
+    text = page.read_text(encoding="utf-8")
+    command, found = read_origin(text)
+    small = [Resources(*map(sum, zip(*COUNTS[name].values()))) for name in ("sequential thesis", "streaming linear")]
+    assert found == tables.inputs([line for line in text.splitlines() if line.startswith("|")], small), f"run {command}"
+    for engine, name in zip(Engine, ("sequential thesis", "streaming linear")):
+        assert tables._config(engine, *tables.SMALL) == CONFIGS[name]
 
 
 if __name__ == "__main__":

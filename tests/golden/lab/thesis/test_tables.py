@@ -99,7 +99,7 @@ def test_resources(tmp_path):
 
 def test_without_resources():
     assert table_2(None).tables[0].rows[0] == ["logic elements", "119,088", "66,123", "not given"]
-    assert table_3(None).tables[0].rows[-1] == ["Cyclone III, the thesis", "720x576", "modified graph cut", "80", "25"]
+    assert table_3(None).tables[0].rows[-1] == ["Cyclone III, the thesis", "720x576", "80", "modified graph cut", "25"]
     assert "python -m hdl.resources.tables" in table_2(None).paragraphs[0]
 
 

@@ -1,0 +1,46 @@
+"""Generated pages are in step with their sources: each names its command and the digest of what it was made from."""
+
+import pathlib
+
+import pytest
+
+from golden.pages import digest, origin, read_origin
+
+
+ROOT = pathlib.Path(__file__).parent.parent
+DOCS = ROOT / "docs"
+
+# Every page, and the command that writes it.
+COMMANDS = {
+    "registers.md": "python -m golden.host.register_page --output docs/registers.md",
+    "resources.md": "python -m hdl.resources.tables --clock clock.json",
+}
+
+
+@pytest.mark.parametrize("page", COMMANDS)
+def test_page_names_its_command(page):
+    command, _ = read_origin((DOCS / page).read_text(encoding="utf-8"))
+    assert command == COMMANDS[page]
+
+
+def test_pages_without_an_origin_are_written_by_hand():
+    named = {path.name for pattern in ("*.md", "*.html") for path in DOCS.glob(pattern)
+             if "Digest of its inputs" in path.read_text(encoding="utf-8")}
+    assert named == set(COMMANDS)
+
+
+def test_digest_is_of_values():
+    one = digest({"a": 1, "b": [2.5, "x", None]}, (3, 4))
+    assert one == digest({"b": [2.5, "x", None], "a": 1}, [3, 4])
+    assert len({one, digest({"a": 1, "b": [2.5, "y", None]}, (3, 4)), digest({"a": 1, "b": [2.5, "x", None]}, (4, 3)), digest()}) == 4
+
+
+@pytest.mark.parametrize("text, found", [("# Page", 0), (origin("a", digest(1)) + origin("b", digest(2)), 2), ("Written by `a`.", 0)])
+def test_no_origin(text, found):
+    with pytest.raises(ValueError, match=f"names {found} commands and digests, not 1; write it again with its command"):
+        read_origin(text)
+
+
+def test_origin_in_html():
+    text = "<p>" + origin("make page", digest(1)).replace("`make page`", "<code>make page</code>")
+    assert read_origin(text) == ("make page", digest(1))
