@@ -9,7 +9,6 @@ import json
 import sys
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -17,76 +16,30 @@ from rich.console import Console
 from rich.table import Table
 
 from golden.cli import Parser
-from golden.config import Arithmetic, Cost, Engine, MatcherConfig, Refinement
 from golden.errors import UserError, run_cli
 from golden.matcher.labelling import match
 from golden.pictures.dataset import motorcycle
 from golden.pictures.images import read_pair, write_picture
-from golden.video.bandwidth import MemoryTiming
 from golden.video.bt656 import clip, encode
 from golden.video.display import DisplayMode, monitor_picture
-from golden.video.formats import DISPLAYS, PAL, CameraFormat, DisplayFormat
+from golden.video.formats import PAL, CameraFormat
 from golden.video.memory_map import Plane
 from hdl.emit import write_verilog
 from hdl.video.system import StereoSystem
+from sim.benches.system_sizes import CLOCK_HZ, SIZES, TOP, Size
 from sim.kit.simulators import SimulationError, build, require, run
 from sim.models.monitor import Monitor
 from sim.run import output_folder
 
 
-__all__ = ["CLOCK_HZ", "SETUP_HZ", "SIZES", "TOP", "UART_CYCLES", "Size", "main"]
+__all__ = ["main", "run_full", "run_small"]
 
 
-#: Of ``sync``.
-CLOCK_HZ = 75_000_000
-
-#: As the set-up of the chips counts: a second of the chips has few clocks. The chips' models count as fast.
-SETUP_HZ = 500_000
-
-#: Clocks of a bit on the host's line.
-UART_CYCLES = 16
-
-TOP = "stereo_system"
 _HARNESS = Path(__file__).with_suffix(".v")
 
 # The right camera is so much later, and the monitor begins to fetch a frame so long after the reset, that its picture is there.
 _RIGHT_SECONDS = 0.002
 _DISPLAY_SECONDS = 0.0095
-
-
-@dataclass(frozen=True)
-class Size:
-    """A system of a size: matcher, cameras, monitor, timing that the memory is promised to have."""
-    config: MatcherConfig
-    camera: CameraFormat
-    display: DisplayFormat
-    timing: MemoryTiming
-
-    def system(self) -> StereoSystem:
-        return StereoSystem(self.config, self.display, camera=self.camera, timing=self.timing, baud=CLOCK_HZ // UART_CYCLES,
-                            setup_hz=SETUP_HZ)
-
-
-def _matcher(disparities: int, width: int, cost: Cost = Cost.THESIS) -> MatcherConfig:
-    fused = cost is Cost.FUSED  # with whatever it has that the monitor sees
-    return MatcherConfig(disparities=disparities, max_width=width, arithmetic=Arithmetic.LINEAR, engine=Engine.STREAMING, cost=cost,
-                         minimum=2 if fused else 0, refinement=Refinement(sub_pixel=fused))
-
-
-def _small(cost: Cost) -> Size:
-    return Size(
-        _matcher(8, 32, cost),
-        CameraFormat(32, 12, blanking=8, before_top=2, after_top=1, before_bottom=2, after_bottom=1),
-        DisplayFormat(40, range(44, 50), 80, 28, range(30, 32), 36, 65_000_000),
-        MemoryTiming(row_clocks=2, turn_clocks=2))
-
-
-#: By name. A monitor's frame takes half as long as a camera's or less, as the frame store wants it.
-SIZES = {
-    "small": _small(Cost.THESIS),
-    "small fused": _small(Cost.FUSED),
-    "full": Size(_matcher(80, PAL.width), PAL, DISPLAYS["720x576"], MemoryTiming()),
-}
 
 
 def run_small(folder: Path, test: str, *, size: str = "small", **env: str | int) -> StereoSystem:
@@ -221,9 +174,8 @@ def _main(argv: Sequence[str] | None) -> int:
     folder = output_folder(options.output).absolute()
     if small:
         told = folder / "told.json"
-        from sim.benches.system_faults import FAULTS  # here, because it needs the rig, which needs this
-        system = run_small(folder, "faults" if options.faults else "fills", REPORT=str(told), FAULTS=json.dumps(list(FAULTS)),
-                  FRAMES=options.frames or 0)
+        system = run_small(folder, "faults" if options.faults else "fills", REPORT=str(told), FAULTS="[]",
+                           FRAMES=options.frames or 0)
         data = json.loads(told.read_text())
         _print_faults(data) if options.faults else _print_frames(system, data)
         return 0

@@ -1,6 +1,7 @@
-"""Rules that tools can check: style, types, which package imports which, bounded dependencies, short files, no machine's paths."""
+"""Rules that tools can check: style, types, which module imports which, bounded dependencies, short files, no machine's paths."""
 
 import ast
+import graphlib
 import pathlib
 import re
 import subprocess
@@ -32,15 +33,16 @@ def name(path):
 
 
 def imported(path):
-    """Top-level names of the modules that a file imports, wherever in the file."""
+    """Dotted names of the modules that a file imports, wherever in the file; of ``from a import b`` both ``a`` and ``a.b``."""
     package = path.relative_to(ROOT).parent.parts
     for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
         if isinstance(node, ast.Import):
-            yield from (alias.name.partition(".")[0] for alias in node.names)
+            yield from (alias.name for alias in node.names)
         elif isinstance(node, ast.ImportFrom):
             # `from ..a import b` climbs one folder less than it has dots.
             above = package[:len(package) - node.level + 1] if node.level else ()
-            yield [*above, *(node.module or "").split(".")][0]
+            module = ".".join([*above, *filter(None, [node.module])])
+            yield from (module, *(f"{module}.{alias.name}" for alias in node.names))
 
 
 @pytest.mark.parametrize("command", [["ruff", "check", "--no-fix", *PACKAGES], ["mypy"]], ids=lambda command: command[0])
@@ -51,7 +53,25 @@ def test_tool(command):
 
 @pytest.mark.parametrize("package", FORBIDDEN)
 def test_imports_point_downward(package):
-    found = {name(path): wrong for path in (ROOT / package).rglob("*.py") if (wrong := FORBIDDEN[package].intersection(imported(path)))}
+    found = {name(path): wrong for path in (ROOT / package).rglob("*.py")
+             if (wrong := FORBIDDEN[package].intersection(module.partition(".")[0] for module in imported(path)))}
+    assert not found
+
+
+def test_no_import_circle():
+    modules = {name(path).removesuffix(".py").removesuffix("/__init__").replace("/", "."): path for path in SOURCES}
+    # Without packages: they import what is in them, and say nothing of which file needs which.
+    files = {module: {other for other in imported(path) if other in modules and modules[other].name != "__init__.py"}
+             for module, path in modules.items() if path.name != "__init__.py"}
+    try:
+        graphlib.TopologicalSorter(files).prepare()
+    except graphlib.CycleError as error:
+        pytest.fail(" -> ".join(reversed(error.args[1])))
+
+
+def test_no_test_imports_a_test():
+    found = {name(path): wrong for path in SOURCES
+             if (wrong := [module for module in imported(path) if any(part.startswith("test_") for part in module.split("."))])}
     assert not found
 
 

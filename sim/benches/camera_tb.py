@@ -8,7 +8,7 @@ from cocotb.clock import Clock
 from cocotb.triggers import ClockCycles, Timer
 
 from hdl.video.words import CameraWord
-from sim.benches.test_camera import FORMAT
+from sim.benches.camera import FORMAT
 from sim.kit.cases import comparable
 from sim.kit.cocotb_streams import check_rules, drain, sink
 from sim.models.camera import FAULTS, Camera, frames_of, play_cocotb

@@ -1,8 +1,11 @@
 """What benches of the whole matcher share: its Verilog, run on pictures and held against the golden model."""
 
 import numpy as np
+import pytest
 
 from golden.config import Arithmetic, Cost, MatcherConfig
+from golden.errors import UserError
+from golden.pictures.dataset import data_folder, load_pair
 from golden.pictures.scenes import scene
 from hdl.emit import write_verilog
 from hdl.matcher.matcher import Matcher
@@ -11,7 +14,7 @@ from ..kit.cases import noise
 from ..kit.harness import configured, mismatches, simulate
 
 
-__all__ = ["MatcherBench", "names", "pictures"]
+__all__ = ["MatcherBench", "middlebury", "names", "pictures"]
 
 
 def names(case):
@@ -28,6 +31,15 @@ def pictures(sizes, labels):
     pairs = [scene(width, height, labels, seed)[:2] if width > 2 else noise(width, height, seed).astype(np.uint8)
              for seed, (width, height) in enumerate(sizes)]
     return [left for left, _ in pairs], [right for _, right in pairs]
+
+
+def middlebury(name):
+    """A pair of the Middlebury benchmark; skips the test if the data are not on this machine."""
+    try:
+        folder = data_folder()
+    except UserError as error:
+        pytest.skip(str(error))
+    return load_pair(folder, name)
 
 
 class MatcherBench:

@@ -18,6 +18,7 @@ from golden.pictures.scenes import scene
 from golden.video.bt656 import BLANK_CHROMA, BLANK_LUMA, clip
 from golden.video.display import DisplayMode, monitor_picture
 from golden.video.setup_steps import TVP5154
+from sim.benches.system_sizes import CLOCK_HZ, SETUP_HZ, SIZES, UART_CYCLES
 from sim.models.camera import STANDS, Camera, play_cocotb
 from sim.models.cocotb_ddr2 import serve
 from sim.models.ddr2 import Ddr2Timing, LocalMemory
@@ -25,7 +26,6 @@ from sim.models.i2c import I2cBus, cocotb_bus
 from sim.models.monitor import PINS, Monitor, watch_cocotb
 from sim.models.uart import UartHost
 from sim.models.video_chips import Tfp410, Tvp5154
-from sim.system import CLOCK_HZ, SETUP_HZ, SIZES, UART_CYCLES
 
 
 __all__ = ["NO_CLOCK", "NO_SIGNAL", "SIDES", "Film", "Rig"]

@@ -2,13 +2,12 @@
 
 import pytest
 
-from golden.video.formats import PAL, CameraFormat
+from golden.video.formats import PAL
 from hdl.emit import write_verilog
 from hdl.video.bt656 import CameraInput
+from sim.benches.camera import FORMAT
 from sim.kit.simulators import build, run
 
-
-FORMAT = CameraFormat(width=6, field_lines=3, blanking=6, before_top=2, after_top=1, before_bottom=1, after_bottom=1)
 
 # Benches in camera_tb.py: one with two cameras, two others.
 TESTS = 2 + 2

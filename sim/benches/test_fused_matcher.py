@@ -9,9 +9,7 @@ from golden.config import Arithmetic, Cost, Engine, FusedParameters, MatcherConf
 from golden.matcher import fused
 from golden.matcher.parameters import NAMED
 from golden.pictures.scenes import discriminates
-from sim.benches.matcher_bench import MatcherBench, names, pictures
-
-from .test_matcher import middlebury
+from sim.benches.matcher_bench import MatcherBench, middlebury, names, pictures
 
 
 ALL = Refinement()

@@ -4,11 +4,9 @@ import numpy as np
 import pytest
 
 from golden.config import Arithmetic, Engine, MatcherConfig
-from golden.errors import UserError
 from golden.matcher.labelling import match
-from golden.pictures.dataset import data_folder, load_pair
 from golden.pictures.scenes import discriminates
-from sim.benches.matcher_bench import MatcherBench, names, pictures
+from sim.benches.matcher_bench import MatcherBench, middlebury, names, pictures
 
 
 def config(disparities, arithmetic, fraction_bits=3, **settings):
@@ -66,14 +64,6 @@ def test_matches_golden(simulator, case, sizes, tmp_path):
     bench.check(lefts, rights, simulator, stall_i=0.3, stall_o=0.3)
     bench.check(lefts, rights, simulator, stall_o=0.9, seed=2)
     bench.check(lefts, rights, simulator, stall_i=0.8, seed=3, settings={"u1": 63, "u2": 1, "u3": 62, "in_use": case.disparities // 2 + 1})
-
-
-def middlebury(name):
-    try:
-        folder = data_folder()
-    except UserError as error:
-        pytest.skip(str(error))
-    return load_pair(folder, name)
 
 
 def engines(disparities, max_width):

@@ -8,7 +8,8 @@ import pytest
 
 from golden.pictures.images import read_picture, write_picture
 from sim.benches.system_faults import FAULTS
-from sim.system import SIZES, main, run_small
+from sim.benches.system_sizes import SIZES
+from sim.system import main, run_small
 
 
 #: Those that every run of the tests goes through; the others are slow together.

@@ -14,8 +14,8 @@ from sim.kit.cases import comparable, fused_words, noise, pixel_words
 from sim.kit.harness import configured
 from sim.kit.streams import run_stream
 
-from .test_lines import MAX_WIDTH, RAGGED, repaired
-from .test_matcher import after_reset, run_script
+from .matcher_runs import after_reset, run_script
+from .ragged import MAX_WIDTH, RAGGED, repaired
 
 
 ALL = Refinement()

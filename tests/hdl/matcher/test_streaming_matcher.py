@@ -12,8 +12,8 @@ from hdl.matcher.matcher import Matcher
 from sim.kit.cases import comparable, noise, pixel_words
 from sim.kit.streams import run_stream
 
-from .test_lines import MAX_WIDTH, RAGGED, repaired
-from .test_matcher import after_reset, golden_words, run_script
+from .matcher_runs import after_reset, golden_words, run_script
+from .ragged import MAX_WIDTH, RAGGED, repaired
 
 
 def config_of(labels, max_width, **settings):

@@ -19,7 +19,8 @@ from golden.matcher.labelling import match
 from golden.pictures.dataset import MASKS, PAIRS, load_pair
 from golden.pictures.images import write_picture
 from golden.pictures.scenes import layers
-from tests.golden.lab.thesis.test_tables import RESOURCES, RIVALS
+
+from .inputs import RESOURCES, RIVALS
 
 
 for package in ("dask", "jinja2"):

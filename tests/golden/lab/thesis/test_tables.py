@@ -10,37 +10,7 @@ from golden.lab.thesis.published import TABLE_1, TABLE_2, TABLE_3
 from golden.lab.thesis.tables import read_resources, read_rivals, table_2, table_3
 from golden.pictures.dataset import MASKS
 
-
-RIVALS = {"methods": {
-    "scan": {"about": "a scan", "published": "Dynamic Programming", "pairs": {
-        "tsukuba": {"figures": {"nonocc": 4, "all": 5.5, "disc": 12}, "seconds": 1}}},
-    "sgm": {"about": "semi-global", "pairs": {"tsukuba": {"figures": {"nonocc": 3, "all": 4, "disc": 9}, "seconds": 0.1, "energy": 7}}},
-}}
-
-RESOURCES = """\
-# Tables 2 and 3
-
-## Table 2: resources
-
-| EP3C120 | available | thesis 720x576x80 | sequential 384x288x16 | sequential 720x576x80 | streaming 720x576x80 |
-| --- | ---: | ---: | ---: | ---: | ---: |
-| logic elements | 119,088 | 66,123 | 9,000 | 60,123 | 90,000 |
-| DSP | 576 | - | 1 | 2 | 3 |
-
-## Table 3: rate
-
-Words.
-
-| hardware | frames/s |
-| --- | ---: |
-| Virtex | 60 |
-
-## Other
-
-| no | table |
-| --- | --- |
-| a | b |
-"""
+from .inputs import RESOURCES, RIVALS
 
 
 def test_published_is_what_the_thesis_prints():

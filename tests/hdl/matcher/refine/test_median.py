@@ -22,7 +22,7 @@ from sim.kit.cases import comparable, label_words, refined_words
 from sim.kit.frames import run_frames
 from sim.kit.streams import run_stream, send
 
-from ...parts.test_sorting_network import evaluate
+from ...parts.networks import evaluate
 
 
 def config_of(disparities=80, max_width=40, *, window=5, sub_pixel=False):

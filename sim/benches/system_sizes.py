@@ -1,0 +1,59 @@
+"""Systems that benches simulate, from two cameras to the monitor: their sizes, clocks and the rate of the host's line."""
+
+from dataclasses import dataclass
+
+from golden.config import Arithmetic, Cost, Engine, MatcherConfig, Refinement
+from golden.video.bandwidth import MemoryTiming
+from golden.video.formats import DISPLAYS, PAL, CameraFormat, DisplayFormat
+from hdl.video.system import StereoSystem
+
+
+__all__ = ["CLOCK_HZ", "SETUP_HZ", "SIZES", "TOP", "UART_CYCLES", "Size"]
+
+
+#: Clock rate of the domain ``sync``.
+CLOCK_HZ = 75_000_000
+
+#: As the set-up of the chips counts: a second of the chips has few clocks. The chips' models count as fast.
+SETUP_HZ = 500_000
+
+#: Clocks of a bit on the host's line.
+UART_CYCLES = 16
+
+#: Name of the Verilog module.
+TOP = "stereo_system"
+
+
+@dataclass(frozen=True)
+class Size:
+    """A system of a size: matcher, cameras, monitor, timing that the memory is promised to have."""
+    config: MatcherConfig
+    camera: CameraFormat
+    display: DisplayFormat
+    timing: MemoryTiming
+
+    def system(self) -> StereoSystem:
+        return StereoSystem(self.config, self.display, camera=self.camera, timing=self.timing, baud=CLOCK_HZ // UART_CYCLES,
+                            setup_hz=SETUP_HZ)
+
+
+def _matcher(disparities: int, width: int, cost: Cost = Cost.THESIS) -> MatcherConfig:
+    fused = cost is Cost.FUSED  # with whatever it has that the monitor sees
+    return MatcherConfig(disparities=disparities, max_width=width, arithmetic=Arithmetic.LINEAR, engine=Engine.STREAMING, cost=cost,
+                         minimum=2 if fused else 0, refinement=Refinement(sub_pixel=fused))
+
+
+def _small(cost: Cost) -> Size:
+    return Size(
+        _matcher(8, 32, cost),
+        CameraFormat(32, 12, blanking=8, before_top=2, after_top=1, before_bottom=2, after_bottom=1),
+        DisplayFormat(40, range(44, 50), 80, 28, range(30, 32), 36, 65_000_000),
+        MemoryTiming(row_clocks=2, turn_clocks=2))
+
+
+#: By name. A monitor's frame takes half as long as a camera's or less, as the frame store wants it.
+SIZES = {
+    "small": _small(Cost.THESIS),
+    "small fused": _small(Cost.FUSED),
+    "full": Size(_matcher(80, PAL.width), PAL, DISPLAYS["720x576"], MemoryTiming()),
+}
