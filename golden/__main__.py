@@ -8,9 +8,10 @@ from . import match
 from .cli import Parser
 from .errors import run_cli
 from .lab import evaluate, sparsification, tune
-from .lab.rivals import compare, gaps, measure
+from .lab.rivals import command as rivals
+from .lab.rivals import compare, gaps
 from .lab.thesis import command as thesis
-from .pictures import checksums as data
+from .pictures import checksums
 
 
 __all__ = ["main"]
@@ -19,9 +20,9 @@ __all__ = ["main"]
 COMMANDS = {
     "match": (match.main, "disparities of a pair of pictures"),
     "evaluate": (evaluate.main, "bad pixels on the Middlebury benchmark"),
-    "data": (data.main, "whether a folder holds the Middlebury pairs"),
+    "data": (checksums.main, "whether a folder holds the Middlebury pairs"),
     "sparsification": (sparsification.main, "whether confidence ranks errors"),
-    "rivals": (measure.main, "bad pixels and time of other methods beside ours"),
+    "rivals": (rivals.main, "bad pixels and time of other methods beside ours"),
     "gaps": (gaps.main, "how far the rule is from the minimum cut of each line"),
     "compare": (compare.main, "our methods and OpenCV's side by side on hard scenes, with pictures"),
     "thesis": (thesis.main, "tables and figures of the thesis, and ours beside them"),

@@ -13,7 +13,7 @@ from golden.cli import Parser, progress
 from golden.config import Arithmetic, Engine, MatcherConfig
 from golden.errors import UserError, run_cli
 from golden.files import atomic, check_output
-from golden.lab.thesis.published import TABLE_3
+from golden.lab.published import TABLE_3
 from golden.pages import digest, origin, table
 
 from ..matcher.matcher import Matcher

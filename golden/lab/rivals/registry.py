@@ -1,6 +1,7 @@
-"""All methods that are measured side by side, ours among them, and what the thesis prints of them."""
+"""All methods that are measured side by side, ours among them, and their measurement."""
 
 import functools
+import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
@@ -8,66 +9,45 @@ from typing import Any
 from numpy.typing import NDArray
 
 from ...config import FUSED_1, FUSED_2, Arithmetic, Cost, FusedParameters, MatcherConfig
+from ...matcher.cost import matching_cost
+from ...matcher.energy import energy
 from ...matcher.matcher import disparities as match
+from ...pictures.dataset import StereoPair
+from ...pictures.metrics import bad_pixels
 from . import cuts, opencv, scanline, ssd
 
 
-__all__ = ["METHODS", "PUBLISHED", "PUBLISHED_PAIR", "Method", "Published"]
+__all__ = ["METHODS", "Method", "measure"]
 
 
 Disparities = Callable[[NDArray[Any], NDArray[Any], int], NDArray[Any]]
 
 
 @dataclass(frozen=True)
-class Published:
-    """A row of the thesis's Table 1, as printed: bad pixels of :data:`PUBLISHED_PAIR`, percent, and the time of its computation.
-
-    Parameters
-    ----------
-    name : str
-        The table's.
-    figures : dict of str to float
-        By the name of the mask.
-    tool : str
-    seconds : float
-    """
-    name: str
-    figures: dict[str, float]
-    tool: str
-    seconds: float
-
-
-@dataclass(frozen=True)
 class Method:
-    """A way to disparities.
+    """A stereo matching method.
 
     Parameters
     ----------
     function : callable
         Left and right picture, (H, W) uint8, and the number of disparities to (H, W) disparities in pixels.
     about : str
+        A phrase for tables.
     needs : str or None
         The package that it imports; of the extra ``lab``.
     published : str or None
-        Its row in :data:`PUBLISHED`.
+        Its row in :data:`golden.lab.published.TABLE_1`.
     lowers : bool
-        Whether its labels are to be of little energy in the sense of :func:`golden.matcher.energy.energy`, ``LINEAR``.
+        Whether it minimises the energy of :func:`golden.matcher.energy.energy`, ``LINEAR``.
+    ours : bool
+        Whether it is a method of this project.
     """
     function: Disparities
     about: str
     needs: str | None = None
     published: str | None = None
     lowers: bool = False
-
-
-PUBLISHED_PAIR = "tsukuba"
-
-PUBLISHED = {row.name: row for row in (
-    Published("Dynamic Programming", {"nonocc": 4.12, "all": 5.04, "disc": 12.0}, "CPU", 1.0),
-    Published("Graph Cut Method", {"nonocc": 1.19, "all": 2.01, "disc": 6.24}, "CPU", 69.8),
-    Published("SSD+min filter", {"nonocc": 5.08, "all": 7.22, "disc": 24.1}, "CPU", 1.1),
-    Published("Proposed Method", {"nonocc": 5.09, "all": 7.08, "disc": 18.2}, "FPGA", 0.040),
-)}
+    ours: bool = False
 
 
 def _one_pass(left: NDArray[Any], right: NDArray[Any], labels: int, arithmetic: Arithmetic, cost: Cost = Cost.THESIS,
@@ -79,7 +59,7 @@ def _one_pass(left: NDArray[Any], right: NDArray[Any], labels: int, arithmetic: 
 
 def _ours(about: str, *options: Any, published: str | None = None, lowers: bool = False) -> Method:
     return Method(functools.partial(_one_pass, **dict(zip(("arithmetic", "cost", "fused"), options, strict=False))), about,
-                  published=published, lowers=lowers)
+                  published=published, lowers=lowers, ours=True)
 
 
 METHODS = {
@@ -96,3 +76,30 @@ METHODS = {
     "one-pass-fused": _ours("our second method: fused cost, support, refinement", Arithmetic.LINEAR, Cost.FUSED),
     "one-pass-fused-2": _ours("the same with vertical support", Arithmetic.LINEAR, Cost.FUSED, FUSED_2),
 }
+
+
+def measure(name: str, pair: StereoPair) -> dict[str, Any]:
+    """Bad pixels and time of a method on a pair.
+
+    Parameters
+    ----------
+    name : str
+        Of :data:`METHODS`.
+    pair : StereoPair
+
+    Returns
+    -------
+    dict
+        ``"figures"``: percentage of bad pixels for each mask; ``"seconds"``: processor time of this thread; ``"energy"``, for methods that
+        lower it: that of :func:`golden.matcher.energy.energy` in ``LINEAR`` arithmetic.
+    """
+    method = METHODS[name]
+    # Processor time, because another task may hold the processor meanwhile; of the thread, because a worker may have others.
+    start = time.thread_time()
+    found = method.function(pair.left, pair.right, pair.disparities)
+    result: dict[str, Any] = {"seconds": time.thread_time() - start}
+    result["figures"] = {mask: bad_pixels(found, pair.truth, counted) for mask, counted in pair.masks.items()}
+    if method.lowers:
+        config = MatcherConfig(disparities=pair.disparities, arithmetic=Arithmetic.LINEAR)
+        result["energy"] = energy(found, matching_cost(pair.left, pair.right, config), pair.left, config)
+    return result

@@ -5,11 +5,11 @@ from typing import Any
 import numpy as np
 
 from ...pictures.dataset import MASKS
+from ..published import OPTIMUM, TSUKUBA
 from . import choices, sweeps
 from .laboratory import Laboratory, difference, percent
 from .page import Picture, Section, Table
 from .plots import panels
-from .published import OPTIMUM, TSUKUBA
 from .sheets import difference_map, errors, with_bad
 
 

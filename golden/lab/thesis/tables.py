@@ -6,10 +6,10 @@ from typing import Any
 
 from ...errors import UserError
 from ...pictures.dataset import MASKS
+from ..published import TABLE_1, TABLE_2, TABLE_3
 from . import sweeps
 from .laboratory import Laboratory, difference, percent
 from .page import Section, Table
-from .published import TABLE_1, TABLE_2, TABLE_3
 
 
 __all__ = ["read_resources", "read_rivals", "table_1", "table_2", "table_3"]

@@ -9,11 +9,11 @@ from numpy.typing import NDArray
 
 from ...config import WEIGHT_MAX
 from ...pictures.dataset import MASKS
+from ..published import OPTIMUM
 from . import choices, sweeps
 from .laboratory import Laboratory, percent
 from .page import Picture, Section, Table
 from .plots import curves, heat, panels
-from .published import OPTIMUM
 from .sheets import with_bad
 
 

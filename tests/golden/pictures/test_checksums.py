@@ -9,7 +9,7 @@ from PIL import Image
 
 from golden.__main__ import main
 from golden.errors import UserError
-from golden.pictures import checksums as data
+from golden.pictures import checksums
 from golden.pictures.dataset import PAIRS, data_folder
 
 
@@ -17,16 +17,16 @@ from golden.pictures.dataset import PAIRS, data_folder
 def folder(tmp_path, monkeypatch):
     """A folder of small pairs that the sums are those of."""
     rng = np.random.default_rng(1)
-    names = [f"{pair}/{name}" for pair in PAIRS for name in data.FILES]
+    names = [f"{pair}/{name}" for pair in PAIRS for name in checksums.FILES]
     for name in names:
         path = tmp_path / "data" / name
         path.parent.mkdir(parents=True, exist_ok=True)
         shape = (5, 7, 3) if name.endswith(("left.png", "right.png")) and "disp" not in name else (5, 7)
         Image.fromarray(rng.integers(0, 256, shape, dtype=np.uint8)).save(path)
-    for attribute, digest in (("SUMS", lambda path: hashlib.sha256(path.read_bytes()).hexdigest()), ("PIXEL_SUMS", data.pixel_digest)):
+    for attribute, digest in (("SUMS", lambda path: hashlib.sha256(path.read_bytes()).hexdigest()), ("PIXEL_SUMS", checksums.pixel_digest)):
         list_ = tmp_path / attribute
         list_.write_text("".join(f"{digest(tmp_path / 'data' / name)}  {name}\n" for name in names))
-        monkeypatch.setattr(data, attribute, list_)
+        monkeypatch.setattr(checksums, attribute, list_)
     return tmp_path / "data"
 
 
@@ -36,9 +36,9 @@ def check(folder, capsys):
 
 
 def test_the_lists_name_every_picture():
-    names = [f"{pair}/{name}" for pair in PAIRS for name in data.FILES]
-    for path in (data.SUMS, data.PIXEL_SUMS):
-        found = data.sums(path)
+    names = [f"{pair}/{name}" for pair in PAIRS for name in checksums.FILES]
+    for path in (checksums.SUMS, checksums.PIXEL_SUMS):
+        found = checksums.sums(path)
         assert list(found) == names and len(set(found.values())) == len(names)
         assert all(len(digest) == 64 and int(digest, 16) for digest in found.values())
 
@@ -48,10 +48,10 @@ def test_the_lists_are_those_of_the_pictures():
         folder = data_folder()
     except UserError as error:
         pytest.skip(str(error))
-    files, pixels = data.sums(data.SUMS), data.sums(data.PIXEL_SUMS)
+    files, pixels = checksums.sums(checksums.SUMS), checksums.sums(checksums.PIXEL_SUMS)
     for name, digest in files.items():
-        assert data.state(folder, name, digest, "") == data.SAME
-        assert data.pixel_digest(folder / name) == pixels[name]
+        assert checksums.state(folder, name, digest, "") == checksums.SAME
+        assert checksums.pixel_digest(folder / name) == pixels[name]
 
 
 def test_all_there(folder, capsys):
@@ -89,11 +89,11 @@ def test_another_picture(folder, capsys, change, word):
 def test_a_turned_picture_differs(folder):
     """The bytes alone do not tell a picture from one of another shape."""
     path = folder / "cones" / "all.png"
-    before = data.pixel_digest(path)
+    before = checksums.pixel_digest(path)
     with Image.open(path) as picture:
         levels = np.asarray(picture)
     Image.fromarray(levels.reshape(7, 5)).save(path)
-    assert data.pixel_digest(path) != before
+    assert checksums.pixel_digest(path) != before
 
 
 def test_no_folder(tmp_path, capsys):

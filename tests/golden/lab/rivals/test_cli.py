@@ -9,8 +9,8 @@ import pytest
 from golden.__main__ import main
 from golden.config import Arithmetic, MatcherConfig
 from golden.lab.evaluate import evaluate
-from golden.lab.rivals import gaps, measure
-from golden.lab.rivals.registry import METHODS
+from golden.lab.rivals import gaps, registry
+from golden.lab.rivals.registry import METHODS, measure
 from golden.pictures.dataset import MASKS, PAIRS, load_pair
 from golden.pictures.images import write_picture
 from golden.pictures.scenes import layers
@@ -117,13 +117,13 @@ def test_energies_are_shown(folder, capsys):
 
 def test_only_those_that_lower_it_have_an_energy():
     pair = load_pair(".", "venus")
-    assert "energy" not in measure.measure("ssd-min-filter", pair) and "energy" in measure.measure("one-pass-linear", pair)
+    assert "energy" not in measure("ssd-min-filter", pair) and "energy" in measure("one-pass-linear", pair)
 
 
 def test_seconds_are_those_of_the_method(monkeypatch):
     clock = iter([5.0, 7.5])
-    monkeypatch.setattr(measure.time, "thread_time", lambda: next(clock))
-    assert measure.measure("one-pass-linear", load_pair(".", "venus"))["seconds"] == 2.5
+    monkeypatch.setattr(registry.time, "thread_time", lambda: next(clock))
+    assert measure("one-pass-linear", load_pair(".", "venus"))["seconds"] == 2.5
 
 
 def test_gaps(folder, capsys, monkeypatch):

@@ -6,7 +6,7 @@ import json
 import pytest
 
 from golden.errors import UserError
-from golden.lab.thesis.published import TABLE_1, TABLE_2, TABLE_3
+from golden.lab.published import TABLE_1, TABLE_2, TABLE_3
 from golden.lab.thesis.tables import read_resources, read_rivals, table_2, table_3
 from golden.pictures.dataset import MASKS
 

@@ -3,7 +3,6 @@
 import argparse
 import json
 import textwrap
-import time
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -13,51 +12,22 @@ from rich.console import Console
 from rich.table import Table
 
 from ...cli import Parser, progress
-from ...config import Arithmetic, MatcherConfig
 from ...errors import run_cli
 from ...files import atomic, check_output
-from ...matcher.cost import matching_cost
-from ...matcher.energy import energy
-from ...pictures.dataset import MASKS, StereoPair
-from ...pictures.metrics import bad_pixels
+from ...pictures.dataset import MASKS
 from ..evaluate import average
+from ..published import TABLE_1, TABLE_1_PAIR
 from ..workers import add_worker_options, check_installed, workers
 from .options import add_pair_options, check_names, load_pairs
-from .registry import METHODS, PUBLISHED, PUBLISHED_PAIR
+from .registry import METHODS, measure
 
 
-__all__ = ["main", "measure"]
+__all__ = ["main"]
 
 
 Result = dict[str, Any]
 
 SOURCE = "the thesis, Table 1, as printed; on other machines, of its time"
-
-
-def measure(name: str, pair: StereoPair) -> Result:
-    """What a method makes of a pair.
-
-    Parameters
-    ----------
-    name : str
-        Of :data:`golden.lab.rivals.registry.METHODS`.
-
-    Returns
-    -------
-    dict
-        ``"figures"``: percentage of bad pixels for each mask; ``"seconds"``: processor time of this thread; ``"energy"``, for methods that
-        lower it: that of :func:`golden.matcher.energy.energy` in ``LINEAR`` arithmetic.
-    """
-    method = METHODS[name]
-    # Processor time, because another task may hold the processor meanwhile; of the thread, because a worker may have others.
-    start = time.thread_time()
-    found = method.function(pair.left, pair.right, pair.disparities)
-    result: Result = {"seconds": time.thread_time() - start}
-    result["figures"] = {mask: bad_pixels(found, pair.truth, counted) for mask, counted in pair.masks.items()}
-    if method.lowers:
-        config = MatcherConfig(disparities=pair.disparities, arithmetic=Arithmetic.LINEAR)
-        result["energy"] = energy(found, matching_cost(pair.left, pair.right, config), pair.left, config)
-    return result
 
 
 def document(results: dict[str, dict[str, Result]]) -> dict[str, Any]:
@@ -66,15 +36,14 @@ def document(results: dict[str, dict[str, Result]]) -> dict[str, Any]:
     for name, of_method in results.items():
         row: dict[str, Any] = {"about": METHODS[name].about, "average": average({pair: one["figures"] for pair, one in of_method.items()}),
                                "seconds": sum(one["seconds"] for one in of_method.values()), "pairs": of_method}
-        published = PUBLISHED.get(METHODS[name].published or "")
-        if published:
-            row["published"] = published.name
+        if METHODS[name].published:
+            row["published"] = METHODS[name].published
         rows[name] = row
     return {
         "unit": "percent of pixels off by more than 1 pixel", "seconds": "processor time of one thread", "energy": "of arithmetic linear",
         "methods": rows,
-        "published": {"source": SOURCE, "pair": PUBLISHED_PAIR, "rows": {
-            row.name: {**row.figures, "tool": row.tool, "seconds": row.seconds} for row in PUBLISHED.values()}}}
+        "published": {"source": SOURCE, "pair": TABLE_1_PAIR, "rows": {
+            name: {**row.figures, "tool": row.tool, "seconds": row.seconds} for name, row in TABLE_1.items()}}}
 
 
 def table(results: dict[str, dict[str, Result]]) -> Table:
@@ -89,7 +58,7 @@ def table(results: dict[str, dict[str, Result]]) -> Table:
     for name, of_method in results.items():
         result.add_row(name, style="bold")
         for pair, one in of_method.items():
-            row = PUBLISHED.get(METHODS[name].published or "") if pair == PUBLISHED_PAIR else None
+            row = TABLE_1.get(METHODS[name].published or "") if pair == TABLE_1_PAIR else None
             printed = ["/".join(f"{row.figures[mask]:g}" for mask in MASKS), f"{row.seconds:g}"] if row else []
             result.add_row(f"  {pair}", *(f"{one['figures'][mask]:.2f}" for mask in MASKS), f"{one['seconds']:.2f}", *printed)
         figures = {pair: one["figures"] for pair, one in of_method.items()}
