@@ -12,14 +12,14 @@ WITH_BIN := PATH="$(BIN):$$PATH"
 .DELETE_ON_ERROR:
 
 help:
-	@echo "make demo    set up, then run a real stereo pair through the simulated Verilog; results in build/demo"
+	@echo "make demo    set up, then a real stereo pair through the simulated Verilog; the sheet is build/demo/sheet.png"
 	@echo "make test    set up, then run all tests: style, types, golden model, gateware, benches"
 	@echo "make setup   only set up: Debian packages that are missing, Python packages in $(VENV)"
 	@echo "make clean   remove what was built and cached; $(VENV) stays"
 	@echo "Variables: PYTHON=$(PYTHON) (3.11 or newer), VENV=$(VENV)"
 
 demo: setup
-	@$(WITH_BIN) $(BIN)/python -m sim.run --output build/demo
+	@$(WITH_BIN) $(BIN)/python -m sim.demo
 
 test: setup
 	@$(WITH_BIN) $(BIN)/python -m pytest -n auto

@@ -33,7 +33,7 @@ from .kit.harness import Result, mismatches, simulate
 from .kit.simulators import SIMULATORS, SimulationError, require
 
 
-__all__ = ["main", "output_folder"]
+__all__ = ["main", "output_folder", "simulate_shown", "work_folder"]
 
 
 def _parser() -> Parser:
@@ -80,7 +80,7 @@ def _pictures(options) -> tuple[NDArray[np.uint8], NDArray[np.uint8], int, Stere
 
 
 @contextlib.contextmanager
-def _work_folder(folder: Path) -> Iterator[Path]:
+def work_folder(folder: Path) -> Iterator[Path]:
     """Where to build and simulate: a folder in ``folder``, so that the next run of the same size need not compile.
 
     ``make`` cannot work below a folder with a space or a sign of its own in its name: then it is one that is removed afterwards.
@@ -108,7 +108,7 @@ def _write(folder: Path, left, right, result: Result, config: MatcherConfig, rep
         file.write((json.dumps(report, indent=2) + "\n").encode())
 
 
-def _simulate(config: MatcherConfig, left, right, simulator: str, work: Path, waves: bool) -> Result:
+def simulate_shown(config: MatcherConfig, left, right, simulator: str, work: Path, waves: bool = False) -> Result:
     """:func:`sim.kit.harness.simulate` of one frame, with a progress bar; without a terminal, a line a stage."""
     with progress() as bar:
         task = bar.add_task("", total=left.shape[0])
@@ -153,9 +153,9 @@ def _main(argv: Sequence[str] | None) -> int:
     folder = output_folder(options.output)
 
     start = time.perf_counter()
-    with _work_folder(folder) as work:
+    with work_folder(folder) as work:
         try:
-            result = _simulate(config, left, right, options.simulator, work, options.waves)
+            result = simulate_shown(config, left, right, options.simulator, work, options.waves)
         except SimulationError as error:
             print(f"sim.run: {error}", file=sys.stderr)
             return 1

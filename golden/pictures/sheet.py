@@ -12,9 +12,10 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from ..files import atomic
+from .metrics import bad_pixels
 
 
-__all__ = ["SHEET_SUFFIXES", "Strip", "error_map", "small", "write_comparison", "write_sheet"]
+__all__ = ["SHEET_SUFFIXES", "Strip", "error_map", "small", "write_comparison", "write_judged", "write_sheet"]
 
 
 SHEET_SUFFIXES = (".png", ".svg", ".pdf")
@@ -23,6 +24,12 @@ SHEET_SUFFIXES = (".png", ".svg", ".pdf")
 GOOD, UNCOUNTED, BAD, UNKNOWN = (235, 235, 235), (160, 160, 160), (200, 30, 30), (60, 60, 60)
 
 Colours = NDArray[np.uint8]
+
+
+def _unit(colour: tuple[int, int, int]) -> tuple[float, float, float]:
+    """A colour of bytes as Matplotlib has it."""
+    red, green, blue = colour
+    return red / 255, green / 255, blue / 255
 
 
 def error_map(disparity: NDArray[Any], truth: NDArray[Any], mask: NDArray[np.bool_], threshold: float = 1.0) -> Colours:
@@ -104,6 +111,65 @@ def write_sheet(path: str | os.PathLike[str], left: NDArray[np.uint8], disparity
     figure.savefig(buffer, format=Path(path).suffix.lower()[1:])
     with atomic(path) as file:
         file.write(buffer.getvalue())
+
+
+def write_judged(path: str | os.PathLike[str], title: str, left: NDArray[np.uint8], disparities: dict[str, NDArray[Any]],
+                 truth: tuple[NDArray[np.float64], NDArray[np.bool_]], limits: tuple[int, int], threshold: float = 1.0) -> None:
+    """Write a sheet that judges methods: left picture and ground truth, then each method's disparities and below them its errors.
+
+    Parameters
+    ----------
+    path : path
+        The suffix decides the format (:data:`SHEET_SUFFIXES`).
+    title : str
+        Of the whole sheet.
+    left : (H, W) uint8 ndarray
+        Grey levels.
+    disparities : dict of str to (H, W) ndarray
+        Pixels, by the titles of the methods.
+    truth : ((H, W) float64 ndarray, (H, W) bool ndarray)
+        Pixels, not finite where unknown; and which pixels count.
+    limits : (int, int)
+        Least and greatest disparity of the one colour scale, pixels.
+    threshold : float
+        Pixels; a greater error is bad.
+    """
+    from matplotlib import colormaps  # here, because it takes longer to load than all the rest
+    from matplotlib.figure import Figure
+    from matplotlib.layout_engine import ConstrainedLayoutEngine
+    from matplotlib.patches import Patch
+
+    colours = colormaps["viridis"].with_extremes(bad=_unit(UNKNOWN))
+    columns = 1 + len(disparities)
+    width = 4.2  # of a panel, inches
+    height = width * left.shape[0] / left.shape[1] + 0.3
+    figure = Figure(figsize=(columns * width + 0.9, 2 * height + 0.8), dpi=100, layout=ConstrainedLayoutEngine(hspace=0.01, wspace=0.01))
+    figure.suptitle(title, fontsize=15)
+    all_axes = above, below = figure.subplots(2, columns, squeeze=False)
+
+    def show(axes: Any, title: str, picture: NDArray[Any], **scale: Any) -> Any:
+        axes.set_title(title, fontsize=12.5)
+        axes.set_axis_off()
+        return axes.imshow(picture, interpolation="nearest", **scale)
+
+    scale = {"cmap": colours, "vmin": limits[0], "vmax": limits[1]}
+    show(above[0], "left picture", left, cmap="gray", vmin=0, vmax=255)
+    image = show(below[0], "ground truth", np.ma.masked_invalid(truth[0]), **scale)
+    for top, bottom, (name, disparity) in zip(above[1:], below[1:], disparities.items(), strict=True):
+        show(top, name, disparity, **scale)
+        bad = bad_pixels(disparity, *truth, threshold)
+        show(bottom, f"{bad:.1f} % of the pixels are off by more than {threshold:g}", error_map(disparity, *truth, threshold))
+    figure.colorbar(image, ax=all_axes, label="disparity, pixels", pad=0.01, aspect=28, shrink=0.8)
+    classes = {GOOD: f"within {threshold:g} pixel of the truth", BAD: f"off by more than {threshold:g} pixel", UNKNOWN: "truth unknown"}
+    if not truth[1][np.isfinite(truth[0])].all():
+        classes[UNCOUNTED] = "not counted"
+    patches = [Patch(facecolor=_unit(colour), edgecolor="black", linewidth=0.5, label=text) for colour, text in classes.items()]
+    figure.legend(handles=patches, loc="outside lower center", ncols=len(patches), frameon=False, fontsize=12)
+    buffer = io.BytesIO()
+    figure.savefig(buffer, format=Path(path).suffix.lower()[1:])
+    data = buffer.getvalue()
+    with atomic(path) as file:
+        file.write(small(data, 256) if Path(path).suffix.lower() == ".png" else data)
 
 
 @dataclass(frozen=True)

@@ -7,7 +7,7 @@ import pytest
 from PIL import Image
 
 from golden.pictures.metrics import bad_pixels
-from golden.pictures.sheet import BAD, GOOD, UNCOUNTED, UNKNOWN, Strip, error_map, small, write_comparison, write_sheet
+from golden.pictures.sheet import BAD, GOOD, UNCOUNTED, UNKNOWN, Strip, error_map, small, write_comparison, write_judged, write_sheet
 
 
 def test_error_map_counts_as_the_metric_does():
@@ -89,3 +89,34 @@ def test_small():
     assert len(fewer) < len(buffer.getvalue()) / 2 and shown(fewer).shape == noise.shape
     assert len(np.unique(shown(fewer).reshape(-1, 3), axis=0)) <= 16
     assert small(fewer, colours=64) in (fewer, small(fewer, colours=64)) and len(small(fewer, colours=64)) <= len(fewer)
+
+
+def test_judged(tmp_path):
+    """Each method's errors are below its disparities; all disparities share one colour scale."""
+    rows, columns = np.indices((30, 40))
+    truth = np.where(rows < 3, np.inf, columns / 2)
+    mask = (rows >= 3) & (columns >= 4)
+    methods = {"good": columns // 2, "bad": np.where(rows < 15, columns // 2, 0)}
+    write_judged(tmp_path / "a.png", "title", np.full((30, 40), 90, np.uint8), methods, (truth, mask), (0, 40))
+    write_judged(tmp_path / "a.svg", "title", np.full((30, 40), 90, np.uint8), methods, (truth, mask), (0, 40))
+    text = (tmp_path / "a.svg").read_text()
+    assert text.startswith("<?xml") and text.count("<image") == 7  # six panels and the colour bar
+    for words in ("title", "left picture", "ground truth", *methods, "0.0 % of the pixels are off by more than 1", "disparity, pixels",
+                  "within 1 pixel of the truth", "off by more than 1 pixel", "truth unknown", "not counted"):
+        assert f"<!-- {words} -->" in text
+    # Right from column 4 on; in the lower half 0 is right, within 1, up to column 2.
+    assert f"<!-- {bad_pixels(methods['bad'], truth, mask):.1f} % of the pixels are off by more than 1 -->" in text
+    sheet = colours(tmp_path / "a.png")
+    height, width = sheet.shape[0], sheet.shape[1]
+    bad = (sheet == BAD).all(axis=-1)
+    places = np.argwhere(bad[:height * 17 // 20])
+    assert places[:, 0].min() > height / 2 and places[:, 1].min() > width * 0.55
+    # The scale ends at 40, so the pictures, up to 19, are far from the yellow at its end.
+    pictures = sheet[:, width // 3:width * 9 // 10].astype(int)
+    assert not ((pictures[..., 0] > 230) & (pictures[..., 2] < 60) & (pictures[..., 1] > 200)).any()
+
+
+def test_judged_without_a_mask_has_no_class_of_uncounted_pixels(tmp_path):
+    truth = np.full((30, 40), 5.0)
+    write_judged(tmp_path / "a.svg", "title", np.zeros((30, 40), np.uint8), {"a": truth}, (truth, np.ones((30, 40), bool)), (0, 9))
+    assert "<!-- not counted -->" not in (tmp_path / "a.svg").read_text()

@@ -1,1 +1,0 @@
-from .hdl import *  # noqa: F403
