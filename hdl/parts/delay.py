@@ -1,4 +1,4 @@
-"""Fixed delays, and sums shaped for carry chains."""
+"""Registers and memories that delay: fixed delays, a stream's register, an output's register."""
 
 from amaranth import *
 from amaranth.lib import stream, wiring
@@ -6,7 +6,7 @@ from amaranth.lib.memory import Memory
 from amaranth.lib.wiring import In, Out
 
 
-__all__ = ["NO_COLLISION", "Delay", "StreamRegister", "add_with_carry", "data_register", "multiply"]
+__all__ = ["NO_COLLISION", "Delay", "StreamRegister", "data_register"]
 
 
 #: Attributes of a memory that is never read where it is written in the same cycle. A synthesiser that does not know it builds a way around
@@ -127,40 +127,3 @@ def data_register(m, port, name=None):
     register = Signal.like(port, name=name or f"{Value.cast(port).name}_data", reset_less=True)
     m.d.comb += port.eq(register)
     return register
-
-
-def add_with_carry(a, b, carry):
-    """``a + b + carry`` in one carry chain: the bit below the lowest makes the carry."""
-    return (Cat(Const(1, 1), a) + Cat(carry, b)) >> 1
-
-
-def multiply(m, name, a, b):
-    """Product of two unsigned values by shifted additions, in pipelined pairs: no multiplier is used.
-
-    Parameters
-    ----------
-    m : Module
-    name : str
-        Prefix of the signals.
-    a, b : Value
-        Factors; ``b`` gives one row a bit.
-
-    Returns
-    -------
-    product : Signal
-        Exact, ``len(a) + len(b)`` bits.
-    latency : int
-        Cycles; one product a cycle.
-    """
-    bits = len(a) + len(b)
-    rows = [Mux(bit, a << place, 0) for place, bit in enumerate(b)]
-    latency = 0
-    while len(rows) > 1 or latency == 0:
-        sums = []
-        for n in range(0, len(rows), 2):
-            total = Signal(bits, name=f"{name}_{latency}_{n // 2}", reset_less=True)
-            m.d.sync += total.eq(rows[n] + rows[n + 1] if n + 1 < len(rows) else rows[n])
-            sums.append(total)
-        rows = sums
-        latency += 1
-    return rows[0], latency

@@ -2,9 +2,9 @@
 
 from amaranth import *
 from amaranth.lib import data, stream, wiring
-from amaranth.lib.fifo import SyncFIFOBuffered
 from amaranth.lib.wiring import In, Out, Signature
 
+from ..parts.queue import Queue
 from .words import ADDRESS_BITS, WORD_BYTES, LocalBus
 
 
@@ -113,7 +113,7 @@ class Arbiter(wiring.Component):
         lengths = range(self.burst + 1)
 
         entry = data.StructLayout({"reader": range(len(self.read)), "length": lengths})
-        m.submodules.owners = owners = SyncFIFOBuffered(width=entry.size, depth=self.outstanding)
+        m.submodules.owners = owners = Queue(entry, self.outstanding)
 
         # The burst under way: what of it is not on the bus yet.
         busy      = Signal()
@@ -137,7 +137,7 @@ class Arbiter(wiring.Component):
         beyond = Signal(len(masters))
         grant  = Signal(len(masters))
         for number, port in enumerate(masters):
-            m.d.comb += asks[number].eq(port.request.valid if number < writers else port.request.valid & owners.w_rdy)
+            m.d.comb += asks[number].eq(port.request.valid if number < writers else port.request.valid & owners.i.ready)
         with m.If(bus.init_done & (~busy | (moves & last))):
             m.d.comb += grant.eq(Mux((asks & beyond).any(), _lowest(asks & beyond), _lowest(asks)))
         with m.If(moves & last):
@@ -146,15 +146,13 @@ class Arbiter(wiring.Component):
             m.d.sync += [busy.eq(1), beyond.eq(~(grant | (grant - 1)))]
         with m.If(moves):
             m.d.sync += [address.eq(address + step), left.eq(left - step)]
-        granted = Signal(entry)
         for number, port in enumerate(masters):
             m.d.comb += port.request.ready.eq(grant[number])
             with m.If(grant[number]):
                 m.d.sync += [master.eq(number), reading.eq(number >= writers)]
                 m.d.sync += [address.eq(port.request.p.address), left.eq(port.request.p.length)]
                 if number >= writers:
-                    m.d.comb += [granted.reader.eq(number - writers), granted.length.eq(port.request.p.length), owners.w_en.eq(1)]
-        m.d.comb += owners.w_data.eq(granted)
+                    m.d.comb += [owners.i.p.reader.eq(number - writers), owners.i.p.length.eq(port.request.p.length), owners.i.valid.eq(1)]
 
         # Requests to the memory. They hold until ready; burstbegin does not.
         free = Signal()
@@ -184,10 +182,10 @@ class Arbiter(wiring.Component):
             m.d.comb += port.accepted.eq(bus.write_req & bus.ready & closes[number])
 
         # Words that come back.
-        owner = Signal(entry)
+        owner = owners.o.p
         count = Signal(lengths)     # words of this burst that have come
         closing = Signal()
-        m.d.comb += [owner.eq(owners.r_data), closing.eq(count + 1 == owner.length), owners.r_en.eq(bus.rdata_valid & closing)]
+        m.d.comb += [closing.eq(count + 1 == owner.length), owners.o.ready.eq(bus.rdata_valid & closing)]
         with m.If(bus.rdata_valid):
             m.d.sync += count.eq(Mux(closing, 0, count + 1))
         for number, port in enumerate(self.read):

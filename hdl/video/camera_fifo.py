@@ -2,9 +2,9 @@
 
 from amaranth import *
 from amaranth.lib import stream, wiring
-from amaranth.lib.fifo import AsyncFIFO
 from amaranth.lib.wiring import In, Out
 
+from ..parts.queue import AsyncQueue
 from .words import CameraWord
 
 
@@ -72,35 +72,34 @@ class CameraFifo(wiring.Component):
 
     def elaborate(self, platform):
         m = Module()
-        # Unbuffered: the output register below is its buffer, and `r_rst` comes through although the consumer stalls.
-        m.submodules.fifo = fifo = AsyncFIFO(width=CameraWord().size, depth=self.depth, w_domain=self.domain, r_domain="sync")
+        # Unbuffered: the output register below is its buffer, and `emptied` is seen although the consumer stalls.
+        m.submodules.queue = queue = AsyncQueue(CameraWord(), self.depth, i_domain=self.domain, buffered=False)
         domain = m.d[self.domain]
 
         # The camera's side.
-        put     = Signal(CameraWord())
+        put     = queue.i.p
         passing = Signal()      # the frame in progress, or the last one, is taken
         owed    = Signal()      # a `drop` word waits for room
-        m.d.comb += [put.eq(self.i), fifo.w_data.eq(put)]
+        m.d.comb += put.eq(self.i)
         with m.If(self.strobe & self.i.first):
-            with m.If(fifo.w_rdy & ~owed):
-                m.d.comb += fifo.w_en.eq(1)
+            with m.If(queue.i.ready & ~owed):
+                m.d.comb += queue.i.valid.eq(1)
                 domain += passing.eq(1)
             with m.Else():
                 m.d.comb += [self.overflow.eq(1), self.skipped.eq(1)]
                 domain += passing.eq(0)
         with m.Elif(self.strobe & passing):
-            m.d.comb += [fifo.w_en.eq(1), self.overflow.eq(~fifo.w_rdy)]
-            domain += [owed.eq(~fifo.w_rdy), passing.eq(fifo.w_rdy)]
+            m.d.comb += [queue.i.valid.eq(1), self.overflow.eq(~queue.i.ready)]
+            domain += [owed.eq(~queue.i.ready), passing.eq(queue.i.ready)]
         with m.Elif(owed):
-            m.d.comb += [put.eq(CameraWord().const({"drop": 1})), fifo.w_en.eq(1)]
-            domain += owed.eq(~fifo.w_rdy)
+            m.d.comb += [put.eq(CameraWord().const({"drop": 1})), queue.i.valid.eq(1)]
+            domain += owed.eq(~queue.i.ready)
 
         # The consumer's side.
-        word   = Signal(CameraWord())
+        word   = queue.o.p
         inside = Signal()       # a frame has begun
         ending = Signal()       # it is to be cut
-        m.d.comb += word.eq(fifo.r_data)
-        with m.If((self.cut | fifo.r_rst) & inside):
+        with m.If((self.cut | queue.emptied) & inside):
             m.d.sync += ending.eq(1)
         with m.If(self.o.ready | ~self.o.valid):
             m.d.sync += [self.o.valid.eq(0), self.o.p.eq(word)]
@@ -108,8 +107,8 @@ class CameraFifo(wiring.Component):
                 m.d.comb += self.dropped.eq(1)
                 m.d.sync += [self.o.valid.eq(1), self.o.p.eq(CameraWord().const({"drop": 1})), inside.eq(0), ending.eq(0)]
             with m.Else():
-                m.d.comb += fifo.r_en.eq(1)
-                with m.If(fifo.r_rdy & (word.first | inside)):
+                m.d.comb += queue.o.ready.eq(1)
+                with m.If(queue.o.valid & (word.first | inside)):
                     m.d.comb += self.dropped.eq(word.drop)
                     m.d.sync += [self.o.valid.eq(1), inside.eq(~word.end & ~word.drop)]
         return m

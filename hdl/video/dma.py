@@ -3,13 +3,13 @@
 from amaranth import *
 from amaranth.hdl import ResetInserter
 from amaranth.lib import data, stream, wiring
-from amaranth.lib.fifo import SyncFIFOBuffered
 from amaranth.lib.wiring import In, Out
 
 from golden.config import PIXEL_BITS
 from golden.video.memory_map import MemoryMap
 
 from ..matcher.stream import FLAGS
+from ..parts.queue import Queue
 from .words import ADDRESS_BITS, WORD_BYTES
 
 
@@ -146,13 +146,11 @@ class WordFifo(wiring.Component):
 
     def elaborate(self, platform):
         m = Module()
-        fifo = SyncFIFOBuffered(width=8 * WORD_BYTES, depth=self.depth)
-        m.submodules.fifo = ResetInserter(self.clear)(fifo)
-        m.d.comb += [
-            fifo.w_data.eq(self.i.payload), fifo.w_en.eq(self.i.valid), self.i.ready.eq(fifo.w_rdy),
-            self.o.payload.eq(fifo.r_data), self.o.valid.eq(fifo.r_rdy), fifo.r_en.eq(self.o.ready),
-            self.level.eq(fifo.level),
-        ]
+        queue = Queue(8 * WORD_BYTES, self.depth)
+        m.submodules.queue = ResetInserter(self.clear)(queue)
+        wiring.connect(m, wiring.flipped(self.i), queue.i)
+        wiring.connect(m, queue.o, wiring.flipped(self.o))
+        m.d.comb += self.level.eq(queue.level)
         with m.If(self.clear_fill | (self.level > self.fill)):
             m.d.sync += self.fill.eq(self.level)
         return m

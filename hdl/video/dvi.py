@@ -3,13 +3,13 @@
 from amaranth import *
 from amaranth.lib import stream, wiring
 from amaranth.lib.cdc import FFSynchronizer
-from amaranth.lib.fifo import AsyncFIFOBuffered
 from amaranth.lib.wiring import In, Out
 
 from golden.config import PIXEL_BITS, MatcherConfig
 from golden.video.display import DisplayMode, placement
 from golden.video.formats import DisplayFormat
 
+from ..parts.queue import AsyncQueue
 from .picture import DisplaySettings, PictureGate, PictureScan, QueuedPixel
 from .words import ShownPixel
 
@@ -203,8 +203,7 @@ class DisplayOutput(wiring.Component):
         m.submodules.timing = timing = DomainRenamer("display")(DviTiming(self.display))
         m.submodules.gate = gate = PictureGate(self.config, self.width, self.height, reader_skips=self.reader_skips)
         m.submodules.scan = scan = DomainRenamer("display")(PictureScan(self.config, self.display, self.width, self.height))
-        m.submodules.fifo = fifo = AsyncFIFOBuffered(width=QueuedPixel(self.config).size, depth=self.depth + 1,
-                                                     w_domain="sync", r_domain="display")
+        m.submodules.queue = queue = AsyncQueue(QueuedPixel(self.config), self.depth, o_domain="display")
         frame_tag, gate_tag, fetch = _tell(m, "request", timing.frame_start, source="display", target="sync")
         _, _, underflow = _tell(m, "underflow", scan.underflow, source="display", target="sync")
 
@@ -226,7 +225,7 @@ class DisplayOutput(wiring.Component):
         m.d.comb += [
             self.fetch.eq(fetch), self.halves.eq(settings.halves),
             gate.fetch.eq(fetch), gate.shown_valid.eq(self.shown_valid), gate.halves.eq(settings.halves), gate.tag.eq(gate_tag),
-            fifo.w_data.eq(gate.word), fifo.w_en.eq(gate.write), gate.ready.eq(fifo.w_rdy),
+            queue.i.p.eq(gate.word), queue.i.valid.eq(gate.write), gate.ready.eq(queue.i.ready),
         ]
 
         # Domain display: settings of this frame, words out of the FIFO.
@@ -239,11 +238,11 @@ class DisplayOutput(wiring.Component):
         m.d.comb += [
             scan.x.eq(timing.x), scan.y.eq(timing.y), scan.frame_start.eq(timing.frame_start),
             scan.settings.eq(current), scan.tag.eq(frame_tag),
-            scan.head.eq(fifo.r_data), scan.there.eq(fifo.r_rdy), fifo.r_en.eq(scan.take),
+            scan.head.eq(queue.o.p), scan.there.eq(queue.o.valid), queue.o.ready.eq(scan.take),
             self.red.eq(scan.red), self.green.eq(scan.green), self.blue.eq(scan.blue),
         ]
-        with m.If(scan.needed & coming & (fifo.r_level < self.fill)):
-            m.d.display += self.fill.eq(fifo.r_level)
+        with m.If(scan.needed & coming & (queue.level < self.fill)):
+            m.d.display += self.fill.eq(queue.level)
 
         # The timing goes as many registers as the colours.
         pins = Cat(timing.de, timing.hsync, timing.vsync)

@@ -4,13 +4,13 @@ from functools import cache
 
 from amaranth import *
 from amaranth.lib import wiring
-from amaranth.lib.fifo import AsyncFIFOBuffered
 
 from boards.cyclone3.project import quartus_project
 from golden.config import MatcherConfig
 from golden.video.bandwidth import Budget
 from golden.video.formats import DISPLAYS
 from hdl.matcher.matcher import Matcher
+from hdl.parts.queue import AsyncQueue
 from hdl.video.ports import SystemPorts
 
 
@@ -36,19 +36,19 @@ class BoardCore(wiring.Component):
         m.submodules.matcher = self.matcher
         memory = self.memory
         for number, (domain, data) in enumerate((("left_camera", self.left_data), ("right_camera", self.right_data))):
-            m.submodules[f"{domain}_fifo"] = fifo = AsyncFIFOBuffered(width=8, depth=8, r_domain="sync", w_domain=domain)
-            m.d.comb += [fifo.w_data.eq(data), fifo.w_en.eq(1), fifo.r_en.eq(1)]
-            with m.If(fifo.r_rdy):
-                m.d.sync += memory.wdata[64 * number:64 * number + 8].eq(fifo.r_data)
+            m.submodules[f"{domain}_queue"] = queue = AsyncQueue(8, 8, i_domain=domain)
+            m.d.comb += [queue.i.p.eq(data), queue.i.valid.eq(1), queue.o.ready.eq(1)]
+            with m.If(queue.o.valid):
+                m.d.sync += memory.wdata[64 * number:64 * number + 8].eq(queue.o.p)
                 if number == 0:
-                    m.d.sync += memory.address.eq(fifo.r_data)
+                    m.d.sync += memory.address.eq(queue.o.p)
         m.d.comb += [memory.write_req.eq(self.buttons[0]), memory.read_req.eq(self.buttons[1]), memory.burstbegin.eq(self.buttons[2]),
                      memory.be.eq(Mux(self.buttons[3], 0xA5F0, 0)), memory.size.eq(1)]
 
-        m.submodules.display_fifo = fifo = AsyncFIFOBuffered(width=27, depth=8, r_domain="display", w_domain="sync")
-        m.d.comb += [fifo.w_data.eq(memory.rdata), fifo.w_en.eq(memory.rdata_valid), fifo.r_en.eq(1)]
-        with m.If(fifo.r_rdy):
-            m.d.display += Cat(self.red, self.green, self.blue, self.de, self.hsync, self.vsync).eq(fifo.r_data)
+        m.submodules.display_queue = queue = AsyncQueue(27, 8, o_domain="display")
+        m.d.comb += [queue.i.p.eq(memory.rdata), queue.i.valid.eq(memory.rdata_valid), queue.o.ready.eq(1)]
+        with m.If(queue.o.valid):
+            m.d.display += Cat(self.red, self.green, self.blue, self.de, self.hsync, self.vsync).eq(queue.o.p)
 
         pulls = Cat(self.decoder_scl_low, self.decoder_sda_low, self.dvi_scl_low, self.dvi_sda_low)
         lines = Cat(self.decoder_scl, self.decoder_sda, self.dvi_scl, self.dvi_sda)

@@ -1,11 +1,11 @@
-"""Comparator tree, and the choice by an index."""
+"""Comparator tree."""
 
 from amaranth import *
 from amaranth.lib import data, wiring
 from amaranth.lib.wiring import In, Out
 
 
-__all__ = ["ComparatorTree", "Minimum", "choose"]
+__all__ = ["ComparatorTree", "Minimum"]
 
 
 class Minimum(data.StructLayout):
@@ -94,10 +94,3 @@ class ComparatorTree(wiring.Component):
                     wins &= ~not_above[other, n]
             chosen |= Mux(wins, rival.as_value(), 0)
         return chosen
-
-
-def choose(values, index):
-    """``values[index]`` as a tree of two-input choices, the lowest bit of the index first."""
-    for bit in index:
-        values = [Mux(bit, values[n + 1], values[n]) if n + 1 < len(values) else values[n] for n in range(0, len(values), 2)]
-    return values[0]

@@ -11,7 +11,8 @@ from amaranth.lib.wiring import In, Out
 
 from golden.config import PIXEL_BITS, PIXEL_MAX, MatcherConfig
 
-from ...parts.delay import NO_COLLISION, Delay, add_with_carry, data_register
+from ...parts.arithmetic import add_with_carry
+from ...parts.delay import NO_COLLISION, Delay, data_register
 from ..stream import Column, Least
 from .waves import BecWave, Pixel
 

@@ -6,7 +6,8 @@ from amaranth.lib.wiring import In, Out
 
 from golden.config import PIXEL_BITS, WEIGHT_BITS, Cost, MatcherConfig
 
-from ...parts.delay import Delay, add_with_carry, data_register, multiply
+from ...parts.arithmetic import add_with_carry, multiply
+from ...parts.delay import Delay, data_register
 from .label_array import DownWave, UpWave, chosen_step
 
 

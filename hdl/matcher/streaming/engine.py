@@ -8,8 +8,8 @@ from amaranth.lib.wiring import In, Out
 
 from golden.config import IN_USE_BITS, MINIMUM_BITS, PIXEL_BITS, WEIGHT_BITS, Cost, MatcherConfig
 
+from ...parts.arithmetic import choose
 from ...parts.delay import Delay, StreamRegister
-from ..sequential.argmin import choose
 from ..stream import FLAGS, CensusWord, ColumnWord, DisparityWord, LabelWord, copy_flags
 from .bec_array import BecArray, Queued, groups_of
 from .cones import Cones, Neighbours

@@ -7,8 +7,8 @@ from amaranth.lib.wiring import In, Out
 from golden.config import MatcherConfig
 from golden.matcher.sub_pixel import SUB_PIXEL_SCALE
 
+from ...parts.arithmetic import choose
 from ...parts.delay import Delay, data_register
-from ..sequential.argmin import choose
 
 
 __all__ = ["FractionCell", "SubPixel"]

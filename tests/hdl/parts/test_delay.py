@@ -3,11 +3,9 @@
 import numpy as np
 import pytest
 from amaranth import *
-from amaranth.lib import wiring
-from amaranth.lib.wiring import In, Out
 from amaranth.sim import Simulator
 
-from hdl.parts.delay import Delay, StreamRegister, multiply
+from hdl.parts.delay import Delay, StreamRegister
 from sim.kit.clocked import run_clocked
 from sim.kit.streams import run_stream
 
@@ -61,25 +59,3 @@ def test_stream_register(stall):
     if not stall:
         assert np.subtract(cycles["o"], cycles["i"]).tolist() == [dut.LATENCY] * len(words)
         assert np.diff(cycles["o"]).tolist() == [1] * (len(words) - 1)
-
-
-class Product(wiring.Component):
-    def __init__(self, a_bits, b_bits):
-        super().__init__({"a": In(a_bits), "b": In(b_bits), "o": Out(a_bits + b_bits)})
-
-    def elaborate(self, platform):
-        m = Module()
-        product, self.latency = multiply(m, "product", self.a, self.b)
-        m.d.comb += self.o.eq(product)
-        return m
-
-
-@pytest.mark.parametrize("a_bits, b_bits, latency", [(9, 6, 3), (11, 7, 3), (11, 8, 3), (4, 1, 1), (3, 2, 1), (5, 9, 4)])
-def test_multiply(a_bits, b_bits, latency):
-    rng = np.random.default_rng(2)
-    pairs = [(2**a_bits - 1, 2**b_bits - 1), (0, 2**b_bits - 1), (2**a_bits - 1, 0),
-             *zip(rng.integers(0, 2**a_bits, 50).tolist(), rng.integers(0, 2**b_bits, 50).tolist())]
-    dut = Product(a_bits, b_bits)
-    out = run_clocked(dut, [{"a": a, "b": b} for a, b in pairs], ["o"], drain=latency)
-    assert dut.latency == latency
-    assert [cycle["o"] for cycle in out[latency:]] == [a * b for a, b in pairs]

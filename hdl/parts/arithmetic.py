@@ -1,0 +1,59 @@
+"""Arithmetic shaped for tables of four inputs and carry chains: sums, products, the choice by an index."""
+
+from collections.abc import Sequence
+
+from amaranth import *
+from amaranth.hdl import ValueLike
+
+
+__all__ = ["add_with_carry", "choose", "multiply"]
+
+
+def add_with_carry(a: Value, b: Value, carry: Value) -> Value:
+    """``a + b + carry`` in one carry chain: the bit below the lowest makes the carry.
+
+    All are unsigned; the sum is exact: one bit more than the wider of ``a`` and ``b`` holds it. Combinational.
+    """
+    return (Cat(Const(1, 1), a) + Cat(carry, b)) >> 1
+
+
+def choose(values: Sequence[ValueLike], index: Value) -> ValueLike:
+    """``values[index]`` as a tree of two-input choices, the lowest bit of the index first; combinational.
+
+    ``index`` must be below ``len(values)``: of a greater one the result is any of the values.
+    """
+    for bit in index:
+        values = [Mux(bit, values[n + 1], values[n]) if n + 1 < len(values) else values[n] for n in range(0, len(values), 2)]
+    return values[0]
+
+
+def multiply(m: Module, name: str, a: Value, b: Value) -> tuple[Signal, int]:
+    """Product of two unsigned values by shifted additions, in pipelined pairs: no multiplier is used.
+
+    Parameters
+    ----------
+    m : Module
+    name : str
+        Prefix of the signals.
+    a, b : Value
+        Factors; ``b`` gives one row a bit.
+
+    Returns
+    -------
+    product : Signal
+        Exact, ``len(a) + len(b)`` bits.
+    latency : int
+        Cycles; one product a cycle.
+    """
+    bits = len(a) + len(b)
+    rows = [Mux(bit, a << place, 0) for place, bit in enumerate(b)]
+    latency = 0
+    while len(rows) > 1 or latency == 0:
+        sums = []
+        for n in range(0, len(rows), 2):
+            total = Signal(bits, name=f"{name}_{latency}_{n // 2}", reset_less=True)
+            m.d.sync += total.eq(rows[n] + rows[n + 1] if n + 1 < len(rows) else rows[n])
+            sums.append(total)
+        rows = sums
+        latency += 1
+    return rows[0], latency

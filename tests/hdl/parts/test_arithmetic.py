@@ -1,0 +1,70 @@
+# amaranth: UnusedElaboratable=no
+
+import itertools
+
+import numpy as np
+import pytest
+from amaranth import *
+from amaranth.lib import data, wiring
+from amaranth.lib.wiring import In, Out
+
+from hdl.parts.arithmetic import add_with_carry, choose, multiply
+from sim.kit.clocked import run_clocked
+
+
+class Product(wiring.Component):
+    def __init__(self, a_bits, b_bits):
+        super().__init__({"a": In(a_bits), "b": In(b_bits), "o": Out(a_bits + b_bits)})
+
+    def elaborate(self, platform):
+        m = Module()
+        product, self.latency = multiply(m, "product", self.a, self.b)
+        m.d.comb += self.o.eq(product)
+        return m
+
+
+@pytest.mark.parametrize("a_bits, b_bits, latency", [(9, 6, 3), (11, 7, 3), (11, 8, 3), (4, 1, 1), (3, 2, 1), (5, 9, 4)])
+def test_multiply(a_bits, b_bits, latency):
+    rng = np.random.default_rng(2)
+    pairs = [(2**a_bits - 1, 2**b_bits - 1), (0, 2**b_bits - 1), (2**a_bits - 1, 0),
+             *zip(rng.integers(0, 2**a_bits, 50).tolist(), rng.integers(0, 2**b_bits, 50).tolist())]
+    dut = Product(a_bits, b_bits)
+    out = run_clocked(dut, [{"a": a, "b": b} for a, b in pairs], ["o"], drain=latency)
+    assert dut.latency == latency
+    assert [cycle["o"] for cycle in out[latency:]] == [a * b for a, b in pairs]
+
+
+class Sum(wiring.Component):
+    def __init__(self, a_bits, b_bits):
+        super().__init__({"a": In(a_bits), "b": In(b_bits), "carry": In(1), "o": Out(max(a_bits, b_bits) + 1)})
+
+    def elaborate(self, platform):
+        m = Module()
+        m.d.comb += self.o.eq(add_with_carry(self.a, self.b, self.carry))
+        return m
+
+
+@pytest.mark.parametrize("a_bits, b_bits", [(3, 3), (1, 4), (4, 2)])
+def test_add_with_carry(a_bits, b_bits):
+    """All operands, the greatest among them: the sum is exact."""
+    cases = list(itertools.product(range(2**a_bits), range(2**b_bits), range(2)))
+    out = run_clocked(Sum(a_bits, b_bits), [{"a": a, "b": b, "carry": carry} for a, b, carry in cases], ["o"])
+    assert [cycle["o"] for cycle in out] == [a + b + carry for a, b, carry in cases]
+
+
+class Choice(wiring.Component):
+    def __init__(self, count):
+        super().__init__({"values": In(data.ArrayLayout(8, count)), "index": In(range(count)), "o": Out(8)})
+
+    def elaborate(self, platform):
+        m = Module()
+        m.d.comb += self.o.eq(choose(list(self.values), self.index))
+        return m
+
+
+@pytest.mark.parametrize("count", [1, 2, 3, 4, 5, 7, 8, 9, 20])
+def test_choose(count):
+    """Each value by its index, also where the tree has branches of unlike depth."""
+    values = np.random.default_rng(3).permutation(256)[:count].tolist()
+    out = run_clocked(Choice(count), [{"values": values, "index": index} for index in range(count)], ["o"])
+    assert [cycle["o"] for cycle in out] == values

@@ -1,0 +1,1 @@
+from .hdl import *  # noqa: F403
