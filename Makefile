@@ -8,12 +8,13 @@ BIN     := $(abspath $(VENV))/bin
 STAMP   := $(VENV)/.installed
 WITH_BIN := PATH="$(BIN):$$PATH"
 
-.PHONY: help demo test setup debian clean
+.PHONY: help demo test style types setup debian clean
 .DELETE_ON_ERROR:
 
 help:
 	@echo "make demo    set up, then a real stereo pair through the simulated Verilog; the sheet is build/demo/sheet.png"
 	@echo "make test    set up, then run all tests: style, types, golden model, gateware, benches"
+	@echo "make style   set up, then check the style only; make types: the types only"
 	@echo "make setup   only set up: Debian packages that are missing, Python packages in $(VENV)"
 	@echo "make clean   remove what was built and cached; $(VENV) stays"
 	@echo "Variables: PYTHON=$(PYTHON) (3.11 or newer), VENV=$(VENV)"
@@ -23,6 +24,12 @@ demo: setup
 
 test: setup
 	@$(WITH_BIN) $(BIN)/python -m pytest -n auto
+
+style: setup
+	@$(BIN)/python -m ruff check --no-fix golden hdl boards sim tests
+
+types: setup
+	@$(BIN)/python -m mypy
 
 setup: $(STAMP)
 

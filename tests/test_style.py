@@ -14,7 +14,8 @@ import pytest
 ROOT = pathlib.Path(__file__).parent.parent
 PACKAGES = ["golden", "hdl", "boards", "sim", "tests"]
 SOURCES = sorted(path for package in PACKAGES for path in (ROOT / package).rglob("*.py"))
-TEXTS = [path for pattern in ("*.md", "*.toml", "Makefile", ".ci/run", "docs/**/*.md", "sim/**/*.v") for path in ROOT.glob(pattern)]
+PATTERNS = ("*.md", "*.toml", "Makefile", ".ci/run", ".github/**/*.yml", ".pre-commit-config.yaml", "docs/**/*.md", "sim/**/*.v")
+TEXTS = [path for pattern in PATTERNS for path in ROOT.glob(pattern)]
 TEXTS += SOURCES
 
 MAX_LINES = 400
