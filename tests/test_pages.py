@@ -1,10 +1,14 @@
 """Generated pages are in step with their sources: each names its command and the digest of what it was made from."""
 
+import functools
 import pathlib
 
 import pytest
 
+from golden.lab.thesis import command, specimen
+from golden.lab.thesis.resources import read_resources
 from golden.pages import digest, origin, read_origin
+from golden.pictures.checksums import PIXEL_SUMS, sums
 
 
 ROOT = pathlib.Path(__file__).parent.parent
@@ -14,6 +18,8 @@ DOCS = ROOT / "docs"
 COMMANDS = {
     "registers.md": "python -m golden.host.register_page --output docs/registers.md",
     "resources.md": "python -m hdl.resources.tables --clock clock.json",
+    "thesis.md": "python -m golden thesis",
+    "thesis.html": "python -m golden thesis",
 }
 
 
@@ -21,6 +27,16 @@ COMMANDS = {
 def test_page_names_its_command(page):
     command, _ = read_origin((DOCS / page).read_text(encoding="utf-8"))
     assert command == COMMANDS[page]
+
+
+def test_thesis_pages_are_of_these_inputs():
+    """What is measured on small pairs, the benchmark's checksums and docs/resources.md are as when the pages were written."""
+    for package in ("cv2", "maxflow"):
+        pytest.importorskip(package, reason=f"{package}, of the extra lab, is not installed")
+    chapters = functools.partial(command.chapters, resources=read_resources(DOCS / "resources.md"))
+    inputs = specimen.inputs(chapters, sums(PIXEL_SUMS))
+    for page in ("thesis.md", "thesis.html"):
+        assert read_origin((DOCS / page).read_text(encoding="utf-8"))[1] == inputs, f"docs/{page} is stale: run {COMMANDS[page]}"
 
 
 def test_pages_without_an_origin_are_written_by_hand():

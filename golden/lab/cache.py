@@ -1,7 +1,9 @@
-"""Results that are kept on disk, found again by what they were computed from."""
+"""Results kept on disk, found again by what they were computed from: function, arguments and sources."""
 
 import ast
+import functools
 import hashlib
+import inspect
 import os
 import zipfile
 from collections.abc import Iterable
@@ -39,34 +41,46 @@ def source_files(path: str | os.PathLike[str]) -> set[Path]:
 
 
 def source_digest(files: Iterable[str | os.PathLike[str]]) -> str:
-    """A digest of the text of some source files, in any order: it changes when one of them does."""
-    return hashlib.sha256(b"".join(sorted(hashlib.sha256(Path(file).read_bytes()).digest() for file in files))).hexdigest()
+    """A digest of the code in some source files, in any order; comments, docstrings and layout do not count."""
+    return hashlib.sha256("".join(sorted(map(_code, files))).encode("utf-8")).hexdigest()
+
+
+def _code(file: str | os.PathLike[str]) -> str:
+    """The syntax tree of a source file without its docstrings, as text."""
+    tree = ast.parse(Path(file).read_bytes())
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef | ast.AsyncFunctionDef) and ast.get_docstring(node) is not None:
+            del node.body[0]
+    return ast.dump(tree)
+
+
+@functools.cache
+def _sources(file: str) -> str:
+    """Digest of a source file and of all that it imports from its package, as they were at the first call."""
+    return source_digest(source_files(file))
 
 
 class Cache:
-    """A folder of results. A job's is found by the function's name, the content of its arguments and the digest of the sources.
+    """A folder of results, each found by the function's name, the content of its arguments, and the sources of the function's module.
 
     Parameters
     ----------
     folder : path
         Made when the first result is kept.
-    digest : str
-        Of :func:`source_digest`, over all that the results depend on.
     """
-    def __init__(self, folder: str | os.PathLike[str], digest: str) -> None:
+    def __init__(self, folder: str | os.PathLike[str]) -> None:
         self.folder = Path(folder)
-        self.digest = digest
 
     def path(self, job: Job) -> Path:
         """Where the result of a job is, or would be."""
         from dask.base import tokenize  # here, because it takes longer to load than all the rest
 
         function, *arguments = job
-        name: str = tokenize(self.digest, f"{function.__module__}.{function.__qualname__}", arguments)
+        name: str = tokenize(_sources(inspect.getfile(function)), f"{function.__module__}.{function.__qualname__}", arguments)
         return self.folder / f"{name}.npz"
 
     def load(self, job: Job) -> Result | None:
-        """The result of a job, ``None`` if it is not kept or its file is damaged."""
+        """The result of a job; ``None`` if it is not kept or its file is damaged."""
         try:
             # Opened here: NumPy leaves the file open when it finds it damaged.
             with self.path(job).open("rb") as file, np.load(file, allow_pickle=False) as arrays:

@@ -19,8 +19,7 @@ from ...pictures.images import grey
 __all__ = ["BORDERS", "GREYS", "Choice", "all_choices", "bordered_cost", "disparities", "grey_levels"]
 
 
-# What a candidate outside the right picture costs: more than any other (ours); what it costs against the edge pixel, repeated; or
-# against grey level 0.
+# Cost of a candidate outside the right picture: more than any other (ours); the cost with edge replication; or that against grey level 0.
 BORDERS = ("ours", "edge", "zero")
 
 # How a colour becomes a grey level: rounded half up as MATLAB's rgb2gray does (ours), with floor, or as the mean of the three.
@@ -52,9 +51,9 @@ class Choice:
     numbers : str
         One of :data:`FORMATS`.
     outside : bool
-        Whether a neighbour outside the picture counts as one of disparity 0 and the pixel's own grey level; else (ours) it adds nothing.
+        Whether a neighbour outside the picture counts as one of disparity 0 and the pixel's grey level; otherwise (ours) it adds nothing.
     last : bool
-        Whether the greater disparity wins a tie; else (ours) the smaller.
+        Whether the greater disparity wins a tie; otherwise (ours) the smaller.
     """
     border: str = "ours"
     levels: str = "rgb2gray"
@@ -74,7 +73,7 @@ def all_choices() -> Iterator[Choice]:
 
 
 def grey_levels(rgb: NDArray[np.uint8], levels: str) -> NDArray[np.uint8]:
-    """Grey levels of a colour picture by one of :data:`GREYS`; grey ones stay.
+    """Grey levels of a colour picture by one of :data:`GREYS`; grey pictures are unchanged.
 
     Examples
     --------
@@ -91,16 +90,16 @@ def grey_levels(rgb: NDArray[np.uint8], levels: str) -> NDArray[np.uint8]:
 
 
 def bordered_cost(left: NDArray[Any], right: NDArray[Any], config: MatcherConfig, border: str) -> NDArray[Any]:
-    """Matching cost as :func:`golden.matcher.cost.matching_cost` gives it, but for one of :data:`BORDERS`."""
+    """Matching cost of :func:`golden.matcher.cost.matching_cost`, with one of :data:`BORDERS`."""
     if border == "ours":
         cost: NDArray[Any] = matching_cost(left, right, config)
         return cost
-    # Wide enough that every candidate lies within the padded picture.
-    beside = config.disparities
+    # Wide enough that every candidate is within the padded picture.
+    margin = config.disparities
     how: Any = {"edge": {"mode": "edge"}, "zero": {"mode": "constant"}}[border]
-    padded = [np.pad(side, ((1, 1), (beside, 1)), **how) for side in (left, right)]
+    padded = [np.pad(side, ((1, 1), (margin, 1)), **how) for side in (left, right)]
     whole: NDArray[Any] = matching_cost(padded[0], padded[1], config)
-    return whole[1:-1, beside:-1]
+    return whole[1:-1, margin:-1]
 
 
 def disparities(left: NDArray[Any], right: NDArray[Any], config: MatcherConfig, choice: Choice) -> NDArray[Any]:

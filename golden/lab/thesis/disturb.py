@@ -1,4 +1,4 @@
-"""What goes wrong between a scene and a matcher: lenses that bend, cameras that differ."""
+"""Disturbances of a pair: lens distortion, and cameras of different gain and noise."""
 
 import dataclasses
 from dataclasses import dataclass
@@ -20,8 +20,8 @@ class Lens:
     Parameters
     ----------
     k : float
-        Negative: barrel. ``r`` is 1 in the corner, so the corner moves by the part ``k`` of its distance. Above -4/27: at a stronger
-        barrel no point of the scene is seen in the corner.
+        Negative: barrel. ``r`` is 1 in the corner, so the corner moves by the part ``k`` of its distance. Above -4/27: with a stronger
+        barrel no point of the scene is in the corner.
     width, height : int
         Pixels.
     """
@@ -38,13 +38,13 @@ class Lens:
         return np.array([self.width - 1, self.height - 1]) / 2
 
     def seen(self, x: NDArray[np.float64], y: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Where the lens shows a point of the undistorted picture."""
+        """Where a point of the undistorted picture is in the distorted one."""
         cx, cy = self._centre
         factor = 1 + self.k * ((x - cx)**2 + (y - cy)**2) / (cx**2 + cy**2)
         return cx + (x - cx) * factor, cy + (y - cy) * factor
 
     def source(self, x: NDArray[np.float64], y: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """The point of the undistorted picture that the lens shows at a place: the inverse of :meth:`seen`, by fixed-point steps."""
+        """The point of the undistorted picture at a place of the distorted one: the inverse of :meth:`seen`, by fixed-point steps."""
         (cx, cy), (u, v) = self._centre, (x, y)
         for _ in range(60):
             factor = 1 + self.k * ((u - cx)**2 + (v - cy)**2) / (cx**2 + cy**2)
@@ -53,7 +53,7 @@ class Lens:
 
 
 def _sample(picture: NDArray[np.uint8], x: NDArray[np.float64], y: NDArray[np.float64]) -> NDArray[np.uint8]:
-    """Grey levels between pixels, bilinear; beyond the picture its nearest pixel."""
+    """Grey levels between pixels, bilinear; edge replication outside the picture."""
     height, width = picture.shape
     x, y = np.clip(x, 0, width - 1), np.clip(y, 0, height - 1)
     x0, y0 = np.minimum(x.astype(int), max(width - 2, 0)), np.minimum(y.astype(int), max(height - 2, 0))
@@ -65,18 +65,18 @@ def _sample(picture: NDArray[np.uint8], x: NDArray[np.float64], y: NDArray[np.fl
 
 
 def distort(pair: StereoPair, k: float) -> tuple[StereoPair, float]:
-    """A pair as two cameras with the same bad lens would take it, its truth and its masks with it.
+    """A pair as taken by two cameras with the same distorting lens; truth and masks are distorted with it.
 
-    The two pictures of a point are bent by different amounts, since it is elsewhere in each: the true disparity changes, and the two
-    are no longer on one line.
+    A point is at different places in the two pictures, hence displaced by different amounts: the true disparity changes, and the two
+    are no longer on the same scanline.
 
     Returns
     -------
     pair : StereoPair
-        Truth: how far apart on the line the distorted pictures have the point, rounded to whole pixels as Tsukuba's truth is: an error
-        of a pixel and a fraction is bad only where the truth has fractions. Pixels from beyond the picture do not count.
+        Truth: horizontal distance of the point in the distorted pictures, rounded to whole pixels as Tsukuba's truth is: an error of
+        a pixel and a fraction is bad only where the truth has fractions. Pixels from outside the picture do not count.
     off_line : float
-        How many lines the two are apart at most, among those that count.
+        Greatest vertical distance of the two, lines, among the pixels that count.
     """
     height, width = pair.left.shape
     lens = Lens(k, width, height)
@@ -96,7 +96,7 @@ def distort(pair: StereoPair, k: float) -> tuple[StereoPair, float]:
 
 
 def straighten(pair: StereoPair, k: float) -> StereoPair:
-    """A pair as two bad lenses take it and a rectification straightens it again: the geometry is right, the pictures are sampled twice."""
+    """A pair that is distorted by a lens and rectified again: the geometry is right, the pictures are sampled twice."""
     height, width = pair.left.shape
     lens = Lens(k, width, height)
     y, x = np.indices((height, width)).astype(np.float64)
@@ -114,7 +114,7 @@ def disturb(pair: StereoPair, gain: float, noise: float, seed: int) -> StereoPai
     noise : float
         Standard deviation, grey levels.
     seed : int
-        Of the noise: another one is another frame of the same scene.
+        Of the noise: another seed is another frame of the same scene.
     """
     rng = np.random.default_rng(seed)
     left, right = photometric(pair.left, rng, noise=noise), photometric(pair.right, rng, gain=gain, noise=noise)

@@ -1,4 +1,4 @@
-"""Figures 45 and 46: what differing cameras and bad lenses do."""
+"""Figures 45 and 46: cameras that differ, and lens distortion."""
 
 from typing import Any
 
@@ -37,15 +37,15 @@ def figure_45(lab: Laboratory) -> Section:
               for title, places, which in (("all, against the gain", GAINS, [(gain, 0.0) for gain in GAINS]),
                                            ("all, against the noise, grey levels", NOISES, [(1.0, noise) for noise in NOISES]))]
     return Section("Figure 45: intensity that varies", [
-        "The thesis watches one pixel of its cameras: the left one reads 95 to 100, the right one 60 to 76, and it names this as one of "
+        "The thesis records one pixel of its cameras: the left one reads 95 to 100, the right one 60 to 76, and it names this as one of "
         "two reasons for distortions in its live pictures. Here Tsukuba's right picture is multiplied by a gain (its cameras: about 0.7), "
         "and noise is added to both (standard deviation in grey levels). Flicker: pixels whose disparity differs by more than one between "
-        "two frames of the same scene. A gain of 0.7 is far beyond what a sum of absolute differences bears: cameras must be adjusted to "
-        "each other first, or the cost must be one that gains do not move, as the census in the second method."],
+        "two frames of the same scene. A gain of 0.7 is far more than a sum of absolute differences tolerates: cameras must be adjusted "
+        "to each other first, or the cost must be invariant to gain, as the census of the second method is."],
         [Table(head, rows, words=0)],
         [Picture("figure-45", f"Tsukuba with gain {SHOWN[0]:g} and noise {SHOWN[1]:g}; bad pixels nonocc / all / disc.",
-                 panels(pictures, 3)),
-         Picture("figure-45-curves", "Bad pixels (all) against gain and noise.", curves(graphs, "gain; noise", "bad pixels, %"))])
+                 lambda: panels(pictures, 3)),
+         Picture("figure-45-curves", "Bad pixels (all) against gain and noise.", lambda: curves(graphs, "gain; noise", "bad pixels, %"))])
 
 
 def figure_46(lab: Laboratory) -> Section:
@@ -63,8 +63,9 @@ def figure_46(lab: Laboratory) -> Section:
           for method, word in METHODS.items()))]
     return Section("Figure 46: lens distortion", [
         "The thesis photographs a bent book shelf and gives no number. Here both pictures of Tsukuba, and its truth, pass through the same "
-        "lens, which shows a point at r (1 in the corner) at r*(1 + k*r*r). A point is elsewhere in the other picture, so it is bent "
-        "otherwise: the two come to lie on different lines. Sampling a picture anew costs something too: the column straightened has "
-        "both pictures bent and straightened again, as a rectification does; what remains of the loss there is the sampling's."],
+        "lens, which moves a point from r (1 in the corner) to r*(1 + k*r*r). A point is at another place in the other picture, so it is "
+        "displaced by another amount, and the two are on different scanlines. Resampling costs accuracy too: for the column straightened "
+        "both pictures are distorted and rectified again, so what remains of the loss there is due to resampling."],
         [Table(head, rows, words=0)],
-        [Picture("figure-46", "Tsukuba through a barrel and a pincushion lens; bad pixels nonocc / all / disc.", panels(pictures, 3))])
+        [Picture("figure-46", "Tsukuba through a barrel and a pincushion lens; bad pixels nonocc / all / disc.",
+                 lambda: panels(pictures, 3))])

@@ -1,4 +1,4 @@
-"""What every chapter of the pages is given: the pairs, and a way to have jobs computed."""
+"""What the sections of the pages share: the pairs, and where jobs are computed."""
 
 from collections.abc import Callable, Hashable, Mapping, Sequence
 from dataclasses import dataclass
@@ -31,16 +31,20 @@ class Laboratory:
         Tsukuba as its files have it.
     workers : Run
         Of :func:`golden.lab.workers.workers`.
-    cache : Cache
+    cache : Cache or None
+        ``None``: nothing is kept.
     begin, advance : callable
-        Called with what is about to be computed and the number of its jobs, and after each of them.
+        Called with the name of what is about to be computed and the number of its jobs, and after each of them.
+    quick : bool
+        Whether the sections leave out what takes minutes; each names it.
     """
     pairs: Mapping[str, StereoPair]
     colours: tuple[NDArray[np.uint8], NDArray[np.uint8]]
     workers: Run
-    cache: Cache
+    cache: Cache | None
     begin: Callable[[str, int], object] = lambda what, count: None
     advance: Callable[[], object] = lambda: None
+    quick: bool = False
 
     @property
     def tsukuba(self) -> StereoPair:
@@ -48,13 +52,15 @@ class Laboratory:
 
     def run(self, what: str, jobs: Mapping[Hashable, Job]) -> dict[Any, Result]:
         """Results of jobs, by the same keys: from the cache, or computed."""
-        results = {key: kept for key, job in jobs.items() if (kept := self.cache.load(job)) is not None}
+        cache = self.cache
+        results = {key: kept for key, job in jobs.items() if cache and (kept := cache.load(job)) is not None}
         missing = [(key, job) for key, job in jobs.items() if key not in results]
         self.begin(what, len(missing))
 
         def done(number: int, result: Result) -> None:
             key, job = missing[number]
-            self.cache.keep(job, result)
+            if cache:
+                cache.keep(job, result)
             results[key] = result
             self.advance()
 

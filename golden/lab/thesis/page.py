@@ -1,10 +1,13 @@
-"""Sections of text, tables and pictures, and the two pages that they become."""
+"""Sections of text, tables and pictures, and the two pages made of them."""
 
 import base64
+import functools
 import itertools
-from collections.abc import Sequence
+import re
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
-from typing import Any
+
+from ...pages import table as table_lines
 
 
 __all__ = ["Picture", "Section", "Table", "html", "markdown"]
@@ -12,10 +15,23 @@ __all__ = ["Picture", "Section", "Table", "html", "markdown"]
 
 @dataclass(frozen=True)
 class Picture:
-    """A PNG file by its name, without suffix, and what it shows."""
+    """A PNG file.
+
+    Parameters
+    ----------
+    name : str
+        Of the file, without suffix.
+    caption : str
+    draw : callable
+        Gives the PNG data; called when they are first read.
+    """
     name: str
     caption: str
-    png: bytes
+    draw: Callable[[], bytes]
+
+    @functools.cached_property
+    def png(self) -> bytes:
+        return self.draw()
 
 
 @dataclass(frozen=True)
@@ -28,11 +44,28 @@ class Table:
 
 @dataclass(frozen=True)
 class Section:
-    """A heading, and under it paragraphs, tables and pictures."""
+    """A heading, and below it paragraphs, tables and pictures.
+
+    Parameters
+    ----------
+    title : str
+    paragraphs : sequence of str
+        Text within backquotes is set as code.
+    tables : sequence of Table
+    pictures : sequence of Picture
+    left_out : sequence of str
+        Names of the parts that a quick run leaves out.
+    """
     title: str
     paragraphs: Sequence[str] = ()
     tables: Sequence[Table] = ()
     pictures: Sequence[Picture] = field(default_factory=tuple)
+    left_out: Sequence[str] = ()
+
+    @property
+    def text(self) -> list[str]:
+        """The paragraphs, and one that names what is left out."""
+        return [*self.paragraphs, *([f"Left out by `--quick`: {'; '.join(self.left_out)}."] if self.left_out else [])]
 
 
 HTML = """\
@@ -59,7 +92,7 @@ td.word { white-space: nowrap; }
 </head>
 <body>
 <h1>{{ title }}</h1>
-<p>{{ foreword }}</p>
+<p>{{ foreword | code }}</p>
 <nav><ul>
 {%- for section in sections %}
 <li><a href="#s{{ loop.index }}">{{ section.title }}</a></li>
@@ -67,8 +100,8 @@ td.word { white-space: nowrap; }
 </ul></nav>
 {%- for section in sections %}
 <h2 id="s{{ loop.index }}">{{ section.title }}</h2>
-{%- for paragraph in section.paragraphs %}
-<p>{{ paragraph }}</p>
+{%- for paragraph in section.text %}
+<p>{{ paragraph | code }}</p>
 {%- endfor %}
 {%- for picture in section.pictures %}
 <figure><img src="data:image/png;base64,{{ picture.png | base64 }}" alt="{{ picture.caption }}">
@@ -89,29 +122,25 @@ td.word { white-space: nowrap; }
 
 
 def html(title: str, foreword: str, sections: Sequence[Section]) -> str:
-    """One page that needs no other file: pictures are inside."""
+    """One page that needs no other file: the pictures are part of it."""
     import jinja2  # here, because only this needs it
+    import markupsafe
 
     environment = jinja2.Environment(autoescape=True, undefined=jinja2.StrictUndefined, keep_trailing_newline=True)
+    environment.filters["code"] = lambda text: markupsafe.Markup(re.sub("`(.*?)`", r"<code>\1</code>", str(markupsafe.escape(text))))
     environment.filters["base64"] = lambda data: base64.b64encode(data).decode("ascii")
     page: str = environment.from_string(HTML).render(title=title, foreword=foreword, sections=sections)
     return page
 
 
 def markdown(title: str, foreword: str, sections: Sequence[Section], folder: str) -> str:
-    """The same in Markdown; pictures are in ``folder`` beside it."""
+    """The same in Markdown; the pictures are files in ``folder``, next to the page."""
     lines = [f"# {title}", "", foreword]
     for section in sections:
         lines += ["", f"## {section.title}"]
-        lines += itertools.chain.from_iterable(("", paragraph) for paragraph in section.paragraphs)
+        lines += itertools.chain.from_iterable(("", paragraph) for paragraph in section.text)
         for picture in section.pictures:
             lines += ["", f"![{picture.caption}]({folder}/{picture.name}.png)", "", f"*{picture.caption}*"]
         for table in section.tables:
-            rule = ["---" if column < table.words else "---:" for column in range(len(table.head))]
-            lines += ["", *(_row(cells) for cells in (table.head, rule, *table.rows))]
+            lines += ["", *table_lines(table.head, table.rows, table.words)]
     return "\n".join(lines) + "\n"
-
-
-def _row(cells: Sequence[Any]) -> str:
-    """A line of a table; a bar within a cell must not end it."""
-    return "| " + " | ".join(str(cell).replace("|", "\\|") for cell in cells) + " |"

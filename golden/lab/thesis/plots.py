@@ -30,7 +30,7 @@ def panels(pictures: Sequence[tuple[str, NDArray[Any], int | None]], columns: in
     ----------
     pictures : sequence of (str, ndarray, int or None)
         Title; (H, W) grey levels, (H, W, 3) colours, or (H, W) disparities, not finite where unknown, which is black; for disparities
-        the greatest of the colour scale, else ``None``.
+        the greatest of the colour scale, otherwise ``None``.
     columns : int
     """
     from matplotlib import colormaps  # here, because it takes longer to load than all the rest
@@ -55,7 +55,7 @@ def panels(pictures: Sequence[tuple[str, NDArray[Any], int | None]], columns: in
 
 
 def curves(graphs: Sequence[tuple[str, dict[str, tuple[Sequence[float], Sequence[float]]]]], x: str, y: str, columns: int = 2) -> bytes:
-    """Graphs side by side: of each the title, and by name the places and heights of its curves."""
+    """Graphs side by side, each a title and its curves by name: x and y."""
     from matplotlib.figure import Figure
 
     rows = -(-len(graphs) // columns)
@@ -64,8 +64,8 @@ def curves(graphs: Sequence[tuple[str, dict[str, tuple[Sequence[float], Sequence
     for axes in all_axes.flat[len(graphs):]:
         axes.set_axis_off()
     for axes, (title, lines) in zip(all_axes.flat, graphs, strict=False):
-        for name, (places, heights) in lines.items():
-            axes.plot(places, heights, marker=".", label=name)
+        for name, (xs, ys) in lines.items():
+            axes.plot(xs, ys, marker=".", label=name)
         axes.set_title(title, fontsize=10)
         axes.set(xlabel=x, ylabel=y, ylim=(0, None))
         axes.legend(fontsize=8)
@@ -74,7 +74,7 @@ def curves(graphs: Sequence[tuple[str, dict[str, tuple[Sequence[float], Sequence
 
 
 def heat(maps: Sequence[tuple[str, NDArray[np.float64]]], ticks: Sequence[int], x: str, y: str) -> bytes:
-    """Maps of numbers side by side, each with its own scale: dark is little."""
+    """Maps of numbers side by side, each with a colour scale of its range: dark is low."""
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=(WIDTH, WIDTH / len(maps) * 0.85), layout="constrained")

@@ -1,4 +1,4 @@
-"""Words and colours that several chapters share."""
+"""Words and colours that several sections share."""
 
 from collections.abc import Sequence
 
@@ -18,7 +18,7 @@ def with_bad(bad: Sequence[float] | NDArray[np.float64]) -> str:
 
 
 def errors(labels: NDArray[np.int32], pair: StereoPair) -> NDArray[np.uint8]:
-    """The error map of a benchmark's pair: what ``all`` counts."""
+    """The error map of a benchmark's pair, with the mask ``all``."""
     return error_map(labels, pair.truth, pair.masks["all"])
 
 

@@ -1,4 +1,4 @@
-"""What is computed for the pages: jobs that take a pair and give arrays, each on its own, so that they can run anywhere."""
+"""Jobs whose results the pages show: each takes a pair and gives arrays, and depends on nothing else, so that it can run anywhere."""
 
 import dataclasses
 import time
@@ -19,13 +19,13 @@ from . import choices
 from .disturb import distort, disturb, straighten
 
 
-__all__ = ["METHODS", "bad", "beside_nearer", "border_figures", "choice_figures", "disturbed", "extension", "labels_of", "lens_figures",
+__all__ = ["METHODS", "bad", "background_edges", "border_figures", "choice_figures", "disturbed", "extension", "labels_of", "lens_figures",
            "local_figures", "method_config", "weight_figures"]
 
 
 Result = dict[str, NDArray[Any]]
 
-# The methods that are compared: the thesis's in its MATLAB's, its FPGA's and our arithmetic, and our second one.
+# The methods that are compared: the thesis's in the arithmetic of its MATLAB model, of its FPGA and of our gateware; and our second one.
 METHODS = {
     "float": {"arithmetic": Arithmetic.FLOAT}, "thesis": {"arithmetic": Arithmetic.THESIS}, "linear": {"arithmetic": Arithmetic.LINEAR},
     "fused": {"arithmetic": Arithmetic.LINEAR, "cost": Cost.FUSED},
@@ -43,7 +43,7 @@ def bad(labels: NDArray[Any], pair: StereoPair) -> list[float]:
 
 
 def labels_of(pair: StereoPair, method: str, weights: tuple[int, int, int] | None = None) -> Result:
-    """Disparities of a pair by one of :data:`METHODS`, with its own weights or others.
+    """Disparities of a pair by one of :data:`METHODS`, with its default weights or others.
 
     Returns
     -------
@@ -53,7 +53,7 @@ def labels_of(pair: StereoPair, method: str, weights: tuple[int, int, int] | Non
     config = method_config(method, pair.disparities)
     if weights is not None:
         config = dataclasses.replace(config, u1=weights[0], u2=weights[1], u3=weights[2])
-    # Processor time of this thread: other jobs may hold the processor meanwhile.
+    # Processor time of this thread: other jobs may run meanwhile.
     start = time.thread_time()
     labels = match(pair.left, pair.right, config)
     seconds = time.thread_time() - start
@@ -71,17 +71,17 @@ def weight_figures(pair: StereoPair, method: str, weights: Sequence[tuple[int, i
     config = method_config(method, pair.disparities)
     cost = matching_cost(pair.left, pair.right, config)
     local = local_disparity(cost)
-    beside = beside_nearer(pair)
+    edges = background_edges(pair)
     result, extended = [], []
     for u1, u2, u3 in weights:
         labels = labelling(cost, local, pair.left, dataclasses.replace(config, u1=u1, u2=u2, u3=u3))
         result.append(bad(labels, pair))
-        extended.append(extension(labels, pair, beside))
+        extended.append(extension(labels, pair, edges))
     return {"bad": np.array(result), "extended": np.array(extended)}
 
 
-def beside_nearer(pair: StereoPair, reach: int = 4) -> NDArray[np.bool_]:
-    """Pixels that some mask counts and that have one nearer by more than a pixel of disparity within ``reach`` columns and rows.
+def background_edges(pair: StereoPair, reach: int = 4) -> NDArray[np.bool_]:
+    """Pixels that some mask counts, with a pixel within ``reach`` columns and rows that is nearer by more than a pixel of disparity.
 
     Returns
     -------
@@ -90,29 +90,29 @@ def beside_nearer(pair: StereoPair, reach: int = 4) -> NDArray[np.bool_]:
     known = np.isfinite(pair.truth)
     near = np.pad(np.where(known, pair.truth, -np.inf), reach, constant_values=-np.inf)
     near = sliding_window_view(near, (2 * reach + 1, 2 * reach + 1)).max(axis=(2, 3))
-    beside = known & np.any(list(pair.masks.values()), axis=0)
-    beside[beside] = near[beside] > pair.truth[beside] + 1
-    return beside
+    edges = known & np.any(list(pair.masks.values()), axis=0)
+    edges[edges] = near[edges] > pair.truth[edges] + 1
+    return edges
 
 
-def extension(labels: NDArray[Any], pair: StereoPair, beside: NDArray[np.bool_] | None = None) -> float:
-    """How far near objects are extended over what is behind them: percent of the pixels beside one that are given too near a disparity.
+def extension(labels: NDArray[Any], pair: StereoPair, edges: NDArray[np.bool_] | None = None) -> float:
+    """How far near objects extend over their background: percent of the background's edge pixels whose disparity is too near.
 
     Parameters
     ----------
     labels : (H, W) ndarray
         Pixels.
     pair : StereoPair
-    beside : (H, W) bool ndarray or None
-        Of :func:`beside_nearer`, which it is by default.
+    edges : (H, W) bool ndarray or None
+        Of :func:`background_edges`, also by default.
 
     Returns
     -------
     float
-        ``0..100``; 0 where no pixel is beside a nearer one.
+        ``0..100``; 0 where the background has no edge.
     """
-    beside = beside_nearer(pair) if beside is None else beside
-    return float(100 * np.mean(labels[beside] > pair.truth[beside] + 1)) if beside.any() else 0.0
+    edges = background_edges(pair) if edges is None else edges
+    return float(100 * np.mean(labels[edges] > pair.truth[edges] + 1)) if edges.any() else 0.0
 
 
 def border_figures(pair: StereoPair, border: str) -> Result:

@@ -1,13 +1,7 @@
-"""What other commands write and the thesis pages read: the rivals' figures, the tables of resources."""
+"""A page of `python -m hdl.resources.tables`, in small."""
 
-__all__ = ["RESOURCES", "RIVALS"]
+__all__ = ["RESOURCES"]
 
-
-RIVALS = {"methods": {
-    "scan": {"about": "a scan", "published": "Dynamic Programming", "pairs": {
-        "tsukuba": {"figures": {"nonocc": 4, "all": 5.5, "disc": 12}, "seconds": 1}}},
-    "sgm": {"about": "semi-global", "pairs": {"tsukuba": {"figures": {"nonocc": 3, "all": 4, "disc": 9}, "seconds": 0.1, "energy": 7}}},
-}}
 
 RESOURCES = """\
 # Tables 2 and 3

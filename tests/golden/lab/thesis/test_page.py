@@ -23,8 +23,8 @@ def picture(png):
 
 
 SECTIONS = [
-    Section("One & only", ["5 < 6, and more."], [Table(["what", "why", "n|m"], [["a", "b|c", "1.00"], ["<i>", "d", "-2"]], words=2)]),
-    Section("Two", [], [], [Picture("dots", "Black & white.", b"\x89PNG no real picture")]),
+    Section("One & only", ["5 < 6, and `a<b`."], [Table(["what", "why", "n|m"], [["a", "b|c", "1.00"], ["<i>", "d", "-2"]], words=2)]),
+    Section("Two", [], [], [Picture("dots", "Black & white.", lambda: b"\x89PNG no picture")]),
 ]
 
 
@@ -53,7 +53,7 @@ def test_html():
     reader = Reader()
     reader.feed(html_page("Title <1>", "Before.", SECTIONS))
     assert not reader.open
-    for text in ("Title <1>", "Before.", "One & only", "5 < 6, and more.", "b|c", "<i>", "-2", "Two", "Black & white."):
+    for text in ("Title <1>", "Before.", "One & only", "5 < 6, and", "a<b", "b|c", "<i>", "-2", "Two", "Black & white."):
         assert text in reader.texts
     kind, _, data = reader.sources[0].partition(",")
     assert kind == "data:image/png;base64" and base64.b64decode(data) == SECTIONS[1].pictures[0].png and len(reader.sources) == 1
@@ -79,7 +79,7 @@ Before.
 
 ## One & only
 
-5 < 6, and more.
+5 < 6, and `a<b`.
 
 | what | why | n\\|m |
 | --- | --- | ---: |
@@ -92,6 +92,19 @@ Before.
 
 *Black & white.*
 """
+
+
+def test_pictures_are_drawn_once_and_only_for_the_files():
+    drawn = []
+    dots = Picture("dots", "Dots.", lambda: drawn.append(1) or b"png")
+    markdown("t", "f", [Section("s", pictures=[dots])], "p")
+    assert not drawn and dots.png == dots.png == b"png" and len(drawn) == 1
+
+
+def test_what_is_left_out_is_named():
+    section = Section("s", ["Words."], left_out=["one", "two"])
+    assert "Words.\n\nLeft out by `--quick`: one; two.\n" in markdown("t", "f", [section], "p")
+    assert "<p>Left out by <code>--quick</code>: one; two.</p>" in html_page("t", "f", [section])
 
 
 def test_panels():

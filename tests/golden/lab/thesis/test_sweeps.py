@@ -92,7 +92,7 @@ def test_lens(pair):
 
 
 def test_extension():
-    """An object two columns wide at disparity 5 before a ground at 2: of the ten pixels beside it, those counted that are too near."""
+    """An object two columns wide at disparity 5 before a ground at 2: of the ten pixels around it, those counted that are too near."""
     truth = np.full((1, 12), 2.0)
     truth[0, 5:7] = 5
     truth[0, 0] = np.inf
@@ -103,6 +103,6 @@ def test_extension():
     # Within four columns: 1 .. 4 and 7 .. 9 (10 is masked). Too near: 1, 4, 7; column 3 is off by one only.
     assert sweeps.extension(labels, pair) == pytest.approx(100 * 3 / 7)
     # Within one column: 4 and 7.
-    assert sweeps.extension(labels, pair, sweeps.beside_nearer(pair, reach=1)) == 100
+    assert sweeps.extension(labels, pair, sweeps.background_edges(pair, reach=1)) == 100
     flat = dataclasses.replace(pair, truth=np.full(truth.shape, 2.0))
     assert sweeps.extension(labels, flat) == 0

@@ -1,16 +1,18 @@
-"""golden.lab.thesis.tables: what other commands wrote is read, and nothing else."""
+"""golden.lab.thesis.tables and .resources: the page of the resources is read, or written first; sections show it."""
 
-import copy
-import json
+import subprocess
+import sys
 
 import pytest
 
 from golden.errors import UserError
 from golden.lab.published import TABLE_1, TABLE_2, TABLE_3
-from golden.lab.thesis.tables import read_resources, read_rivals, table_2, table_3
+from golden.lab.thesis import resources
+from golden.lab.thesis.resources import find_resources, read_resources
+from golden.lab.thesis.tables import table_2, table_3
 from golden.pictures.dataset import MASKS
 
-from .inputs import RESOURCES, RIVALS
+from .inputs import RESOURCES
 
 
 def test_published_is_what_the_thesis_prints():
@@ -21,56 +23,74 @@ def test_published_is_what_the_thesis_prints():
     assert len(TABLE_3) == 5 and TABLE_2["logic elements"] == (66_123, 119_088)
 
 
-def test_rivals(tmp_path):
-    file = tmp_path / "rivals.json"
-    file.write_text(json.dumps(RIVALS))
-    rivals = read_rivals(file)
-    assert list(rivals) == ["scan", "sgm"] and rivals["sgm"]["published"] is None and rivals["scan"]["published"] == "Dynamic Programming"
-    assert rivals["sgm"]["pairs"]["tsukuba"] == {"figures": {"nonocc": 3.0, "all": 4.0, "disc": 9.0}, "seconds": 0.1}
-
-
-@pytest.mark.parametrize("change", [
-    lambda document: document.pop("methods"), lambda document: document.update(methods=[1]), lambda document: document.update(methods={}),
-    lambda document: document["methods"]["sgm"].pop("about"), lambda document: document["methods"]["sgm"].update(pairs=3),
-    lambda document: document["methods"]["sgm"]["pairs"]["tsukuba"]["figures"].pop("disc"),
-    lambda document: document["methods"]["sgm"]["pairs"]["tsukuba"].update(seconds="long"),
-])
-def test_bad_rivals(tmp_path, change):
-    document = copy.deepcopy(RIVALS)
-    change(document)
-    file = tmp_path / "rivals.json"
-    file.write_text(json.dumps(document))
-    with pytest.raises(UserError, match=r"rivals.json .*golden rivals --output"):
-        read_rivals(file)
-
-
-@pytest.mark.parametrize("content", ["", "no JSON", "[]", "\udcff"])
-def test_rivals_that_are_no_document(tmp_path, content):
-    file = tmp_path / "rivals.json"
-    file.write_bytes(content.encode("utf-8", "surrogateescape"))
-    with pytest.raises(UserError, match="is not what"):
-        read_rivals(file)
-    with pytest.raises(UserError, match="cannot read"):
-        read_rivals(tmp_path / "none.json")
-
-
 def test_resources(tmp_path):
     file = tmp_path / "resources.md"
     file.write_text(RESOURCES)
-    resources = read_resources(file)
-    assert resources[2].head[0] == "EP3C120" and resources[2].rows[1] == ["DSP", "576", "-", "1", "2", "3"]
-    assert (resources[3].head, resources[3].rows) == (["hardware", "frames/s"], [["Virtex", "60"]])
-    section = table_2(resources)
-    assert section.tables == [resources[2]]
+    found = read_resources(file)
+    assert found[2].head[0] == "EP3C120" and found[2].rows[1] == ["DSP", "576", "-", "1", "2", "3"]
+    assert (found[3].head, found[3].rows) == (["hardware", "frames/s"], [["Virtex", "60"]])
+    section = table_2(found)
+    assert section.tables == [found[2]]
     assert "logic elements -6,000 (sequential); logic elements +23,877 (streaming)." in section.paragraphs[0]
     assert "DSP" not in section.paragraphs[0]
-    assert table_3(resources).tables == [resources[3]]
+    assert table_3(found).tables == [found[3]] and "No clock rate of ours is in the page" in table_3(found).paragraphs[0]
+    found[3].rows.append(["ours, streaming", "200"])
+    assert "a stand-in" in table_3(found).paragraphs[0]
 
 
 def test_without_resources():
-    assert table_2(None).tables[0].rows[0] == ["logic elements", "119,088", "66,123", "not given"]
+    assert table_2(None).tables[0].rows[0] == ["logic elements", "119,088", "66,123"]
     assert table_3(None).tables[0].rows[-1] == ["Cyclone III, the thesis", "720x576", "80", "modified graph cut", "25"]
-    assert "python -m hdl.resources.tables" in table_2(None).paragraphs[0]
+    assert table_2(None).left_out == ["the resources of our engines"] and table_3(None).left_out == ["the rates of our engines"]
+
+
+@pytest.fixture
+def counted(tmp_path, monkeypatch):
+    """A working folder without a kept page, and the commands that were started there."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "cache").mkdir()
+    started = []
+
+    def run(command, **options):
+        started.append(command)
+        path = command[command.index("--output") + 1]
+        (tmp_path / path).write_text(RESOURCES)
+        return subprocess.CompletedProcess(command, 0)
+
+    monkeypatch.setattr(subprocess, "run", run)
+    monkeypatch.setattr(resources, "source_digest", lambda files: f"{len(list(files)):064}")
+    return started
+
+
+def test_resources_are_counted_once(counted, tmp_path, monkeypatch):
+    cache = tmp_path / "cache"
+    assert find_resources(cache, quick=True) is None and not counted
+    first = find_resources(cache, quick=False)
+    assert [command[:3] for command in counted] == [[sys.executable, "-m", "hdl.resources.tables"]]
+    assert find_resources(cache, quick=False) == find_resources(cache, quick=True) == first and len(counted) == 1
+    # Other gateware is counted anew.
+    monkeypatch.setattr(resources, "source_digest", lambda files: "0" * 64)
+    find_resources(cache, quick=False)
+    assert len(counted) == 2
+
+
+def test_the_kept_page_is_read(counted, tmp_path):
+    (tmp_path / "docs").mkdir()
+    (tmp_path / "docs" / "resources.md").write_text(RESOURCES.replace("9,000", "8,000"))
+    assert find_resources(tmp_path / "cache", quick=False)[2].rows[0][3] == "8,000" and not counted
+
+
+def test_a_count_that_fails(counted, tmp_path, monkeypatch):
+    monkeypatch.setattr(subprocess, "run", lambda command, **options: subprocess.CompletedProcess(command, 2))
+    with pytest.raises(UserError, match=r"hdl\.resources\.tables ended with status 2; .*--resources, .*--quick"):
+        find_resources(tmp_path / "cache", quick=False)
+
+
+def test_without_the_gateware(counted, tmp_path, monkeypatch):
+    monkeypatch.setattr(resources.importlib.util, "find_spec", lambda name: None)
+    assert find_resources(tmp_path / "cache", quick=True) is None
+    with pytest.raises(UserError, match="the package hdl, which counts the resources, is not installed"):
+        find_resources(tmp_path / "cache", quick=False)
 
 
 @pytest.mark.parametrize("old, new", [
