@@ -7,10 +7,10 @@ from collections.abc import Callable, Sequence
 __all__ = ["UserError", "run_cli"]
 
 
-class UserError(Exception):
-    """Bad input from the user, told in one sentence that names the value, the limit and the remedy.
+class UserError(ValueError):
+    """Bad input from the user, described in one sentence that names the value, the limit and the remedy.
 
-    A command line prints the sentence and exits with status 2: no traceback.
+    A command line prints the sentence and exits with status 2: no traceback. To callers of the library it is a :class:`ValueError`.
     """
 
 

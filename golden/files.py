@@ -1,35 +1,42 @@
 """Output files that are written whole or not at all."""
 
 import contextlib
+import json
 import os
 from collections.abc import Collection, Iterator
 from pathlib import Path
-from typing import BinaryIO
+from typing import Any, BinaryIO
 
 from .errors import UserError
 
 
-__all__ = ["atomic", "check_output"]
+__all__ = ["atomic", "check_output", "write_json"]
 
 
 @contextlib.contextmanager
 def atomic(path: str | os.PathLike[str]) -> Iterator[BinaryIO]:
-    """A binary file that takes the place of ``path`` when the block ends well, and vanishes when it does not.
+    """A binary file that replaces ``path`` when the block succeeds, and is removed when it raises.
 
-    Raises :class:`UserError` if the folder does not take a file, or the disk is full.
+    :class:`UserError` if the folder cannot be written, or the disk is full.
     """
-    target = Path(path).resolve()  # a link keeps pointing: its target is replaced
-    # Beside the target, because a rename is atomic within one file system only. Not `tempfile`: its files are private (0600).
-    beside = target.with_name(f".{os.getpid()}.{target.name}")
+    target = Path(path).resolve()  # a link stays one: its target is replaced
+    # Next to the target, because a rename is atomic within one file system only. Not `tempfile`: its files are private (0600).
+    temporary = target.with_name(f".{os.getpid()}.{target.name}")
     try:
-        with beside.open("xb") as file:
+        with temporary.open("xb") as file:
             yield file
-        beside.replace(target)
+        temporary.replace(target)
     except OSError as error:
         raise UserError(f"cannot write {path}: {error.strerror or error}; choose another --output") from error
     finally:
         with contextlib.suppress(OSError):
-            beside.unlink(missing_ok=True)
+            temporary.unlink(missing_ok=True)
+
+
+def write_json(path: str | os.PathLike[str], document: Any) -> None:
+    """Write a document of JSON, indented, whole or not at all."""
+    with atomic(path) as file:
+        file.write(f"{json.dumps(document, indent=2)}\n".encode())
 
 
 def check_output(path: str | os.PathLike[str], suffixes: Collection[str], option: str = "--output") -> Path:
@@ -38,7 +45,7 @@ def check_output(path: str | os.PathLike[str], suffixes: Collection[str], option
     Parameters
     ----------
     path : path
-        The file to be.
+        The file to write.
     suffixes : collection of str
         Those that are allowed, lower case, with the dot.
     option : str
@@ -54,7 +61,7 @@ def check_output(path: str | os.PathLike[str], suffixes: Collection[str], option
         raise UserError(f"the folder {path.parent} of {path.name} does not exist; create it or choose another {option}")
     if path.exists() and not (path.is_file() and os.access(path, os.W_OK)):
         raise UserError(f"{path} exists and must not be written over; choose another {option}")
-    # Only an attempt tells: permission bits say nothing of a read-only file system, nor to root.
+    # Only an attempt shows it: permission bits do not cover a read-only file system, nor root.
     probe = path.resolve().with_name(f".{os.getpid()}.{path.name}")
     try:
         probe.open("xb").close()

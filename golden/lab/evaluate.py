@@ -2,8 +2,6 @@
 
 import argparse
 import dataclasses
-import json
-import math
 from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 from typing import Any
@@ -13,11 +11,12 @@ from rich.table import Table
 
 from ..cli import STAGES, Parser, add_method_options, method_config, progress
 from ..config import Arithmetic, Cost, MatcherConfig, Refinement
-from ..errors import UserError, run_cli
-from ..files import atomic, check_output
+from ..errors import run_cli
+from ..files import check_output, write_json
 from ..matcher.matcher import disparities as match
-from ..pictures.dataset import MASKS, PAIRS, StereoPair, data_folder, load_pair
+from ..pictures.dataset import MASKS, PAIRS, StereoPair, add_data_option, load_pairs
 from ..pictures.metrics import bad_pixels
+from ..pictures.truth import add_threshold_option, check_threshold
 
 
 __all__ = ["average", "evaluate", "main", "table"]
@@ -82,10 +81,9 @@ def parser() -> Parser:
     result = Parser(prog="golden evaluate", description=(
         "Bad pixels of the golden model on the four pairs of the Middlebury benchmark. With --cost fused and no switch the rule alone and "
         "all stages of the refinement are shown; with --sub-pixel whole disparities and those with a fraction."))
-    result.add_argument("--data", type=Path, metavar="DIR",
-                        help=f"folder that holds {', '.join(PAIRS)} (default: $STEREO_DATA, else ../shared/data/middlebury)")
+    add_data_option(result)
     add_method_options(result, thesis="all three")
-    result.add_argument("--threshold", type=float, default=1.0, metavar="PIXELS", help="a greater error is bad (default: %(default)s)")
+    add_threshold_option(result)
     result.add_argument("--json", type=Path, metavar="FILE", help="write the figures there too, percent; suffix .json")
     return result
 
@@ -119,13 +117,11 @@ def _rows(options: argparse.Namespace) -> dict[str, Configure]:
 def run(argv: Sequence[str] | None) -> None:
     """The command; :class:`UserError` on bad input."""
     options = parser().parse_args(argv)
-    if not (math.isfinite(options.threshold) and options.threshold >= 0):
-        raise UserError(f"--threshold must be a number of pixels from 0, not {options.threshold}; choose such a number")
+    check_threshold(options)
     rows = _rows(options)
     sample = [configure(max(disparities for disparities, _ in PAIRS.values())) for configure in rows.values()]
     output = check_output(options.json, (".json",), option="--json") if options.json else None
-    folder = data_folder(options.data)
-    pairs = [load_pair(folder, name) for name in PAIRS]
+    pairs = load_pairs(options.data)
 
     results: dict[str, Figures] = {}
     with progress() as bar:
@@ -146,8 +142,7 @@ def run(argv: Sequence[str] | None) -> None:
             "rows": [
                 {"arithmetic": config.arithmetic, **({"stages": name} if config.cost is Cost.FUSED else {}), "average": average(figures),
                  "pairs": figures} for config, (name, figures) in zip(sample, results.items(), strict=True)]}
-        with atomic(output) as file:
-            file.write(f"{json.dumps(document, indent=2)}\n".encode())
+        write_json(output, document)
     Console().print(table(results, options.threshold, "arithmetic" if options.cost is Cost.THESIS else "fused cost"))
 
 

@@ -1,6 +1,5 @@
 """`python -m golden sparsification`: whether confidence ranks errors."""
 
-import io
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -13,16 +12,16 @@ from rich.table import Table
 from ..cli import Parser, add_method_options, method_config, progress
 from ..config import Cost
 from ..errors import UserError, run_cli
-from ..files import atomic, check_output
+from ..files import check_output
 from ..matcher.fused import match
-from ..pictures.dataset import PAIRS, data_folder, load_pair
+from ..pictures.dataset import PAIRS, add_data_option, load_pairs
+from ..pictures.sheet import SHEET_SUFFIXES, save_figure
 
 
 __all__ = ["area", "area_above_oracle", "main", "sparsification"]
 
 
 KEPT = (100, 90, 80, 70, 60, 50)  # percent of the pixels, columns of the table
-SUFFIXES = (".png", ".svg", ".pdf")
 
 
 def sparsification(confidence: NDArray[Any], bad: NDArray[np.bool_]) -> NDArray[np.float64]:
@@ -82,10 +81,7 @@ def plot(path: Path, curves: dict[str, tuple[NDArray[np.float64], NDArray[np.flo
              title="Sparsification: bad pixels (off by more than 1) by confidence")
     axes.legend()
     axes.grid(alpha=0.3)
-    buffer = io.BytesIO()
-    figure.savefig(buffer, format=path.suffix.lower()[1:])
-    with atomic(path) as file:
-        file.write(buffer.getvalue())
+    save_figure(path, figure)
 
 
 def parser() -> Parser:
@@ -93,10 +89,9 @@ def parser() -> Parser:
     result = Parser(prog="golden sparsification", description=(
         "Bad pixels among those that are kept when the least confident are dropped, on the four pairs of the Middlebury benchmark (all), "
         "and the area between that curve and an oracle's (AUSE): 0 is perfect, the last column is that of confidence which knows nothing."))
-    result.add_argument("--data", type=Path, metavar="DIR",
-                        help=f"folder that holds {', '.join(PAIRS)} (default: $STEREO_DATA, else ../shared/data/middlebury)")
+    add_data_option(result)
     add_method_options(result, cost=Cost.FUSED)
-    result.add_argument("--output", type=Path, metavar="FILE", help=f"draw the curves there; suffix {', '.join(SUFFIXES)}")
+    result.add_argument("--output", type=Path, metavar="FILE", help=f"draw the curves there; suffix {', '.join(SHEET_SUFFIXES)}")
     return result
 
 
@@ -106,9 +101,8 @@ def run(argv: Sequence[str] | None) -> None:
     if options.cost is not Cost.FUSED:
         raise UserError(f"--cost {options.cost} has no confidence; choose --cost fused")
     method_config(options, max(disparities for disparities, _ in PAIRS.values()))
-    output = check_output(options.output, SUFFIXES) if options.output else None
-    folder = data_folder(options.data)
-    pairs = [load_pair(folder, name) for name in PAIRS]
+    output = check_output(options.output, SHEET_SUFFIXES) if options.output else None
+    pairs = load_pairs(options.data)
 
     table = Table(title="Sparsification: bad pixels (off by more than 1) among those kept, percent")
     for column in ("pair", *(f"{kept} %" for kept in KEPT), "AUSE", "of random"):

@@ -80,5 +80,7 @@ def read_calibration(path: str | os.PathLike[str]) -> Calibration:
             focal=number("focal length", matrix[0][0]), baseline=number("baseline", entries["baseline"]),
             offset=number("doffs", entries.get("doffs", "0")), centre=(number("cx", matrix[0][2]), number("cy", matrix[1][2])),
             size=(size[0], size[1]) if len(size) == 2 else None)
+    except UserError:
+        raise
     except (ValueError, OverflowError) as error:
         raise UserError(f"{path} cannot be a calibration: {error}; correct it") from None

@@ -10,7 +10,7 @@ from rich.table import Table
 
 from ..cli import Parser
 from ..errors import UserError, run_cli
-from .dataset import MASKS, PAIRS, data_folder
+from .dataset import MASKS, PAIRS, add_data_option, data_folder
 from .images import read_colours
 
 
@@ -58,8 +58,7 @@ def parser() -> argparse.ArgumentParser:
     result = Parser(prog="golden data", description=(
         "Compares the pictures of the four Middlebury pairs with the checksums of those that the figures here are measured on. "
         "docs/data.md says where to get them and how to lay them out."))
-    result.add_argument("--check", type=Path, metavar="DIR",
-                        help=f"folder that holds {', '.join(PAIRS)} (default: $STEREO_DATA, else ../shared/data/middlebury)")
+    add_data_option(result, "--check")
     return result
 
 

@@ -1,5 +1,6 @@
 """Stereo pairs with ground truth: the four of the Middlebury benchmark, and one that scikit-image carries."""
 
+import argparse
 import json
 import os
 from collections.abc import Iterable
@@ -14,7 +15,7 @@ from ..errors import UserError
 from .images import grey, read_disparity, read_pair, read_picture
 
 
-__all__ = ["MASKS", "PAIRS", "StereoPair", "data_folder", "load_pair", "motorcycle", "pairs_in"]
+__all__ = ["MASKS", "PAIRS", "StereoPair", "add_data_option", "data_folder", "load_pair", "load_pairs", "motorcycle", "pairs_in"]
 
 
 # Name: (number of disparities, units of the disparity picture a pixel), both given by the benchmark.
@@ -46,13 +47,19 @@ class StereoPair:
     disparities: int
 
 
+def add_data_option(parser: argparse.ArgumentParser, option: str = "--data") -> None:
+    """Add ``--data``, or an option of another name, for :func:`data_folder`."""
+    parser.add_argument(option, type=Path, metavar="DIR",
+                        help=f"folder that holds {', '.join(PAIRS)} (default: $STEREO_DATA, else ../shared/data/middlebury)")
+
+
 def data_folder(data: str | os.PathLike[str] | None = None) -> Path:
     """The folder of the Middlebury pairs: ``data``, else ``$STEREO_DATA``, else ``../shared/data/middlebury`` from the repository's root.
 
     :class:`UserError` if it is not there.
     """
-    beside = Path(__file__).resolve().parents[3] / "shared" / "data" / "middlebury"
-    folder = Path(data or os.environ.get("STEREO_DATA") or beside)
+    default = Path(__file__).resolve().parents[3] / "shared" / "data" / "middlebury"
+    folder = Path(data or os.environ.get("STEREO_DATA") or default)
     if not folder.is_dir():
         raise UserError(f"the data folder {folder} does not exist; name the one that holds {', '.join(PAIRS)} with --data or STEREO_DATA")
     return folder
@@ -71,6 +78,12 @@ def load_pair(folder: str | os.PathLike[str], name: str) -> StereoPair:
     """
     disparities, scale = PAIRS[name]
     return _load(Path(folder) / name, MASKS, scale, disparities)
+
+
+def load_pairs(data: str | os.PathLike[str] | None = None, names: Iterable[str] | None = None) -> list[StereoPair]:
+    """Pairs of the benchmark by their names, all by default, from the folder of :func:`data_folder`."""
+    folder = data_folder(data)
+    return [load_pair(folder, name) for name in (PAIRS if names is None else names)]
 
 
 def pairs_in(path: str | os.PathLike[str]) -> list[StereoPair]:

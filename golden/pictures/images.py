@@ -74,6 +74,8 @@ def _open(path: StrPath) -> NDArray[Any]:
             warnings.simplefilter("error", Image.DecompressionBombWarning)
             with Image.open(path, formats=("PNG", "PPM", "JPEG")) as picture:
                 return _levels(ImageOps.exif_transpose(picture), path)
+    except UserError:
+        raise
     except FileNotFoundError:
         raise UserError(f"{path} does not exist; give the name of a picture") from None
     except (Image.DecompressionBombError, Image.DecompressionBombWarning):

@@ -15,10 +15,12 @@ from ..files import atomic
 from .metrics import bad_pixels
 
 
-__all__ = ["SHEET_SUFFIXES", "Strip", "error_map", "small", "write_comparison", "write_judged", "write_sheet"]
+__all__ = ["SHEET_SUFFIXES", "Strip", "error_map", "save_figure", "small", "write_comparison", "write_judged", "write_sheet"]
 
 
 SHEET_SUFFIXES = (".png", ".svg", ".pdf")
+
+COLOURS = 96  # of a small PNG
 
 # Grey levels and colours of an error map.
 GOOD, UNCOUNTED, BAD, UNKNOWN = (235, 235, 235), (160, 160, 160), (200, 30, 30), (60, 60, 60)
@@ -61,6 +63,19 @@ def error_map(disparity: NDArray[Any], truth: NDArray[Any], mask: NDArray[np.boo
     result[~mask] = UNCOUNTED
     result[~known] = UNKNOWN
     return result
+
+
+def save_figure(path: str | os.PathLike[str], figure: Any, colours: int | None = None) -> None:
+    """Write a figure of matplotlib, whole or not at all; the suffix decides the format (:data:`SHEET_SUFFIXES`).
+
+    ``colours`` reduces a PNG to so many, see :func:`small`.
+    """
+    suffix = Path(path).suffix.lower()
+    buffer = io.BytesIO()
+    figure.savefig(buffer, format=suffix[1:])
+    data = buffer.getvalue()
+    with atomic(path) as file:
+        file.write(small(data, colours) if colours and suffix == ".png" else data)
 
 
 def write_sheet(path: str | os.PathLike[str], left: NDArray[np.uint8], disparity: NDArray[Any], limits: tuple[int, int],
@@ -107,10 +122,7 @@ def write_sheet(path: str | os.PathLike[str], left: NDArray[np.uint8], disparity
         axes.set_title(title)
         axes.set_axis_off()
     figure.colorbar(scale, ax=all_axes, label="disparity, pixels", shrink=0.8)
-    buffer = io.BytesIO()
-    figure.savefig(buffer, format=Path(path).suffix.lower()[1:])
-    with atomic(path) as file:
-        file.write(buffer.getvalue())
+    save_figure(path, figure)
 
 
 def write_judged(path: str | os.PathLike[str], title: str, left: NDArray[np.uint8], disparities: dict[str, NDArray[Any]],
@@ -165,11 +177,7 @@ def write_judged(path: str | os.PathLike[str], title: str, left: NDArray[np.uint
         classes[UNCOUNTED] = "not counted"
     patches = [Patch(facecolor=_unit(colour), edgecolor="black", linewidth=0.5, label=text) for colour, text in classes.items()]
     figure.legend(handles=patches, loc="outside lower center", ncols=len(patches), frameon=False, fontsize=12)
-    buffer = io.BytesIO()
-    figure.savefig(buffer, format=Path(path).suffix.lower()[1:])
-    data = buffer.getvalue()
-    with atomic(path) as file:
-        file.write(small(data, 256) if Path(path).suffix.lower() == ".png" else data)
+    save_figure(path, figure, colours=256)
 
 
 @dataclass(frozen=True)
@@ -220,14 +228,10 @@ def write_comparison(path: str | os.PathLike[str], strips: Sequence[Strip]) -> N
         for axes, title in zip(row, (strip.name, *strip.disparities), strict=True):
             axes.set_title(title, fontsize=8, pad=3)
             axes.set_axis_off()
-    buffer = io.BytesIO()
-    figure.savefig(buffer, format=Path(path).suffix.lower()[1:])
-    data = buffer.getvalue()
-    with atomic(path) as file:
-        file.write(small(data) if Path(path).suffix.lower() == ".png" else data)
+    save_figure(path, figure, COLOURS)
 
 
-def small(png: bytes, colours: int = 96) -> bytes:
+def small(png: bytes, colours: int = COLOURS) -> bytes:
     """A PNG of few colours: a fraction of the bytes, and little that the eye misses."""
     with Image.open(io.BytesIO(png)) as picture:
         few = picture.convert("RGB").quantize(colours, method=Image.Quantize.MEDIANCUT, dither=Image.Dither.NONE)

@@ -12,12 +12,23 @@ from ..errors import UserError
 from .images import read_disparity, read_picture
 
 
-__all__ = ["add_truth_options", "check_truth_options", "read_truth"]
+__all__ = ["add_threshold_option", "add_truth_options", "check_threshold", "check_truth_options", "read_truth"]
 
 
 SUFFIXES = (".png", ".pfm", ".npy")
 
 Truth = tuple[NDArray[np.float64], NDArray[np.bool_]]
+
+
+def add_threshold_option(parser: argparse._ActionsContainer) -> None:
+    """Add ``--threshold``, for :func:`check_threshold`."""
+    parser.add_argument("--threshold", type=float, default=1.0, metavar="PIXELS", help="a greater error is bad (default: %(default)g)")
+
+
+def check_threshold(options: argparse.Namespace) -> None:
+    """:class:`UserError` unless ``--threshold`` is a number of pixels."""
+    if not (math.isfinite(options.threshold) and options.threshold >= 0):
+        raise UserError(f"--threshold must be a number of pixels from 0, not {options.threshold:g}; choose such a number")
 
 
 def add_truth_options(parser: argparse.ArgumentParser) -> None:
@@ -27,15 +38,14 @@ def add_truth_options(parser: argparse.ArgumentParser) -> None:
         "true disparities of LEFT, to compare with: .png (0 is unknown), .pfm or .npy (what is not finite is unknown)"))
     group.add_argument("--truth-scale", type=float, default=1.0, metavar="S", help="units of --truth a pixel (default: %(default)g)")
     group.add_argument("--mask", type=Path, metavar="FILE", help="picture whose pixels of level 255 count (default: all of known truth)")
-    group.add_argument("--threshold", type=float, default=1.0, metavar="PIXELS", help="a greater error is bad (default: %(default)g)")
+    add_threshold_option(group)
 
 
 def check_truth_options(options: argparse.Namespace) -> None:
     """:class:`UserError` unless the options make sense, as far as it can be said before anything is read."""
     if not (math.isfinite(options.truth_scale) and options.truth_scale > 0):
         raise UserError(f"--truth-scale must be a number above 0, not {options.truth_scale:g}; give the units of --truth a pixel")
-    if not (math.isfinite(options.threshold) and options.threshold >= 0):
-        raise UserError(f"--threshold must be a number of pixels from 0, not {options.threshold:g}; choose such a number")
+    check_threshold(options)
     if options.truth_scale != 1 and not options.truth:
         raise UserError(f"--truth-scale {options.truth_scale:g} is for --truth, which is missing; give --truth FILE or leave it out")
     if options.mask and not options.truth:

@@ -5,7 +5,7 @@ import os
 import pytest
 
 from golden.errors import UserError, run_cli
-from golden.files import atomic, check_output
+from golden.files import atomic, check_output, write_json
 
 
 def test_atomic_replaces(tmp_path):
@@ -101,3 +101,14 @@ def test_run_cli(capsys, function, status, printed):
 def test_run_cli_shows_what_is_not_the_users_fault():
     with pytest.raises(ZeroDivisionError):
         run_cli(lambda argv: fail(ZeroDivisionError()), [], "prog")
+
+
+def test_json_is_indented_and_ends_its_line(tmp_path):
+    write_json(tmp_path / "a.json", {"a": [1, 2.5]})
+    assert (tmp_path / "a.json").read_text() == '{\n  "a": [\n    1,\n    2.5\n  ]\n}\n'
+
+
+def test_bad_input_is_a_value_error():
+    """Callers of the library need not know how a command line prints it."""
+    with pytest.raises(ValueError, match="holds no known disparity"):
+        raise UserError("a.png holds no known disparity; give another")

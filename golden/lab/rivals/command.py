@@ -1,7 +1,6 @@
 """`python -m golden rivals`: bad pixels and time of every method, side by side."""
 
 import argparse
-import json
 import textwrap
 from collections.abc import Sequence
 from pathlib import Path
@@ -13,12 +12,12 @@ from rich.table import Table
 
 from ...cli import Parser, progress
 from ...errors import run_cli
-from ...files import atomic, check_output
-from ...pictures.dataset import MASKS
+from ...files import check_output, write_json
+from ...pictures.dataset import MASKS, load_pairs
 from ..evaluate import average
 from ..published import TABLE_1, TABLE_1_PAIR
 from ..workers import add_worker_options, check_installed, workers
-from .options import add_pair_options, check_names, load_pairs
+from .options import add_pair_options, check_names
 from .registry import METHODS, measure
 
 
@@ -96,7 +95,7 @@ def run(argv: Sequence[str] | None) -> None:
     check_names(options, "methods", "pairs")
     output = check_output(options.output, (".json",)) if options.output else None
     check_installed(*sorted({need for name in options.methods if (need := METHODS[name].needs)}))
-    pairs = load_pairs(options)
+    pairs = load_pairs(options.data, options.pairs)
 
     tasks = [(name, pair) for name in options.methods for pair in pairs]
     found: dict[int, Result] = {}
@@ -113,8 +112,7 @@ def run(argv: Sequence[str] | None) -> None:
         results[name][pair.name] = found[number]
 
     if output:
-        with atomic(output) as file:
-            file.write(f"{json.dumps(document(results), indent=2)}\n".encode())
+        write_json(output, document(results))
     Console().print(table(results))
     for sentence in energies(results):
         print(sentence)

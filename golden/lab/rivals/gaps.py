@@ -1,7 +1,5 @@
 """`python -m golden gaps`: how far the one-pass rule is from the minimum cut of every line."""
 
-import io
-import json
 import time
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
@@ -16,19 +14,19 @@ from rich.table import Table
 from ...cli import Parser, progress
 from ...config import Arithmetic, MatcherConfig
 from ...errors import UserError, run_cli
-from ...files import atomic, check_output
+from ...files import check_output, write_json
 from ...matcher.cost import local_disparity, matching_cost
 from ...matcher.labelling import labelling
-from ...pictures.dataset import StereoPair
+from ...pictures.dataset import StereoPair, load_pairs
+from ...pictures.sheet import SHEET_SUFFIXES, save_figure
 from ..workers import check_installed
 from .maxflow import LineGraph, augmenting_path, cut_labels, line_energy, line_graph, line_terms, push_relabel
-from .options import add_pair_options, check_names, load_pairs
+from .options import add_pair_options, check_names
 
 
 __all__ = ["LineGap", "gaps", "main"]
 
 
-SUFFIXES = (".png", ".svg", ".pdf")
 QUANTILES = (0, 10, 25, 50, 75, 90, 100)  # percent of the lines
 
 
@@ -145,10 +143,7 @@ def plot(path: Path, results: dict[str, list[LineGap]]) -> None:
         axes.grid(alpha=0.3)
     axes.set(xlabel=f"energy above the minimum cut, % (last bar: {bins[-2]:.1f} and more)", xlim=(0, end))
     figure.suptitle("One-pass rule against the minimum cut of each line")
-    buffer = io.BytesIO()
-    figure.savefig(buffer, format=path.suffix.lower()[1:])
-    with atomic(path) as file:
-        file.write(buffer.getvalue())
+    save_figure(path, figure)
 
 
 def parser() -> Parser:
@@ -158,7 +153,7 @@ def parser() -> Parser:
         "and push-relabel (OR-Tools), which must agree; and how much more energy the labels of the one-pass rule have on that line."))
     add_pair_options(result)
     result.add_argument("--every", type=int, default=1, metavar="N", help="take one line in N (default: %(default)s)")
-    result.add_argument("--output", type=Path, metavar="FILE", help=f"draw the histograms there; suffix {', '.join(SUFFIXES)}")
+    result.add_argument("--output", type=Path, metavar="FILE", help=f"draw the histograms there; suffix {', '.join(SHEET_SUFFIXES)}")
     result.add_argument("--json", type=Path, metavar="FILE", help="write the energies of all lines there; suffix .json")
     return result
 
@@ -169,10 +164,10 @@ def run(argv: Sequence[str] | None) -> None:
     check_names(options, "pairs")
     if options.every < 1:
         raise UserError(f"--every must be at least 1, not {options.every}; choose a greater number")
-    output = check_output(options.output, SUFFIXES) if options.output else None
+    output = check_output(options.output, SHEET_SUFFIXES) if options.output else None
     numbers = check_output(options.json, (".json",), "--json") if options.json else None
     check_installed("maxflow", "ortools")
-    pairs = load_pairs(options)
+    pairs = load_pairs(options.data, options.pairs)
 
     results = {}
     with progress() as bar:
@@ -184,8 +179,7 @@ def run(argv: Sequence[str] | None) -> None:
     if output:
         plot(output, results)
     if numbers:
-        with atomic(numbers) as file:
-            file.write(f"{json.dumps(document(results), indent=1)}\n".encode())
+        write_json(numbers, document(results))
     Console().print(table(results))
 
 

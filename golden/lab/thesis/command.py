@@ -14,7 +14,7 @@ from ...files import atomic
 from ...pages import origin
 from ...pictures import images
 from ...pictures.checksums import FILES, pixel_digest
-from ...pictures.dataset import PAIRS, data_folder, load_pair
+from ...pictures.dataset import PAIRS, add_data_option, data_folder, load_pairs
 from ..cache import Cache
 from ..rivals.registry import METHODS
 from ..workers import add_worker_options, check_installed, workers
@@ -39,8 +39,7 @@ def parser() -> Parser:
         "Figures 34 to 38, 42, 45, 46 and tables 1 to 3 of the thesis: its numbers, ours, the difference, and pictures. Measures all of "
         f"it, some five minutes of one processor, and keeps the results. Writes {NAME}.html, which needs no other file, and {NAME}.md "
         f"with its pictures in the folder {NAME}."))
-    result.add_argument("--data", type=Path, metavar="DIR",
-                        help=f"folder that holds {', '.join(PAIRS)} (default: $STEREO_DATA, else ../shared/data/middlebury)")
+    add_data_option(result)
     result.add_argument("--output", type=Path, default=Path("docs"), metavar="DIR", help="folder of the pages (default: %(default)s)")
     result.add_argument("--quick", action="store_true", help=(
         "leave out what takes minutes, by name: graph cuts, the readings of the thesis, the search for the best weights, and resources "
@@ -112,7 +111,7 @@ def run(argv: Sequence[str] | None) -> None:
     rivals = [name for name in RIVALS if not (options.quick and name in SLOW)]
     check_installed("dask", "jinja2", *sorted({need for name in rivals if (need := METHODS[name].needs)}))
     folder = data_folder(options.data)
-    pairs = {name: load_pair(folder, name) for name in PAIRS}
+    pairs = {pair.name: pair for pair in load_pairs(folder)}
     pictures = {f"{pair}/{name}": pixel_digest(folder / pair / name) for pair in PAIRS for name in FILES}
     left, right = (images.read_colours(folder / "tsukuba" / f"{side}.png") for side in ("left", "right"))
     _check_folder(options.output, "--output")

@@ -69,7 +69,7 @@ def test_resources_are_counted_once(counted, tmp_path, monkeypatch):
     assert [command[:3] for command in counted] == [[sys.executable, "-m", "hdl.resources.tables"]]
     assert find_resources(cache, quick=False) == find_resources(cache, quick=True) == first and len(counted) == 1
     # Other gateware is counted anew.
-    monkeypatch.setattr(resources, "source_digest", lambda files: "0" * 64)
+    monkeypatch.setattr(resources, "source_digest", lambda files: "f" * 64)
     find_resources(cache, quick=False)
     assert len(counted) == 2
 
