@@ -1,22 +1,20 @@
-"""What the command lines of the gateware share: which board, which size, which matcher."""
+"""Options that the command lines of the gateware share: the size of the picture and the matcher."""
 
 import argparse
 
-from boards.cyclone3 import platform as cyclone3
 from golden.cli import add_gateware_options, gateware_config
 from golden.config import MatcherConfig
 from golden.errors import UserError
 
 
-__all__ = ["BOARDS", "add_design_options", "design_config"]
+__all__ = ["add_design_options", "design_config"]
 
 
-BOARDS = {"cyclone3": cyclone3}
 HEIGHTS = range(1, 4097)
 
 
 def add_design_options(parser: argparse.ArgumentParser) -> None:
-    """Add the options that :func:`design_config` reads; ``--board`` is the caller's."""
+    """Add the options that :func:`design_config` reads."""
     parser.add_argument("--width", type=int, default=720, metavar="PIXELS", help="longest line, 1 to 4096 (default: %(default)s)")
     parser.add_argument("--height", type=int, default=576, metavar="LINES",
                         help="lines of a frame, 1 to 4096, for frame rates only: the matcher takes any (default: %(default)s)")
@@ -26,9 +24,7 @@ def add_design_options(parser: argparse.ArgumentParser) -> None:
 
 
 def design_config(options: argparse.Namespace) -> MatcherConfig:
-    """The matcher that the options ask for; :class:`UserError` if there is none, or no such board."""
-    if options.board is not None and options.board not in BOARDS:
-        raise UserError(f"there is no board {options.board!r}; choose one of: {', '.join(BOARDS)}")
+    """The matcher that the options describe; :class:`UserError` if there is none."""
     for option, value, limits in (("--width", options.width, MatcherConfig.WIDTHS), ("--height", options.height, HEIGHTS)):
         if value not in limits:
             raise UserError(f"{option} must be a whole number from {limits[0]} to {limits[-1]}, not {value}; choose a value in that range")

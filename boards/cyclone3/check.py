@@ -1,11 +1,15 @@
-"""Checks of an emitted Quartus project: pins, I/O standards, clocks, files. Reads the texts alone, as Quartus does."""
+"""Checks of an emitted Quartus project: pins, I/O standards, clocks, files."""
 
 import fnmatch
 import re
 from collections import Counter
 from collections.abc import Collection, Mapping
 
-from hdl.verilog import clock_sources, modules
+from hdl.netlist import BlackBox, clock_sources
+
+from ..registry import Project
+from .platform import BALLS, BANK_VOLTS, CLOCK_BALLS
+from .project import MEMORY_CONTROLLER
 
 
 __all__ = ["check_project"]
@@ -18,6 +22,20 @@ _FROM = re.compile(r"(?m)^set_instance_assignment .*-from (\S+) -to ")
 _GLOBAL = re.compile(r"(?m)^set_global_assignment -name (\w+) (.+)$")
 _PATTERNS = re.compile(r"\[get_ports \{([^}]+)\}\]")
 _CLOCK = re.compile(r"(?m)^create_clock .*-period ([\d.]+) \[get_ports \{(\S+)\}\]$")
+
+_HEADER = re.compile(r"(?m)^module (\w+)\(([^)]*)\);")
+
+#: Altera's blocks of a top level, as far as clocks go through them.
+_BLOCKS = {
+    "altiobuf_in": BlackBox(repeats={"dataout": "datain"}),
+    "altiobuf_bidir": BlackBox(repeats={"dataout": "dataio"}),
+    "altpll": BlackBox(generates=("clk",), clocked=("inclk",)),
+    MEMORY_CONTROLLER: BlackBox(generates=("phy_clk",), clocked=("pll_ref_clk",)),
+    "altddio_out": BlackBox(clocked=("outclock",)),
+    "altddio_in": BlackBox(clocked=("inclock",)),
+    "altera_std_synchronizer": BlackBox(clocked=("clk",)),
+    "altera_std_synchronizer_bundle": BlackBox(clocked=("clk",)),
+}
 
 #: What an I/O standard needs as supply of its bank, in volts.
 _STANDARD_VOLTS = {"2.5 V": 2.5, "1.8 V": 1.8, "SSTL-18 CLASS I": 1.8}
@@ -73,21 +91,29 @@ def _check_clocks(sources: Collection[str], settings: str, constraints: str, clo
     return problems + [f"{port} has {times} clocks" for port, times in Counter(clocks).items() if times > 1]
 
 
-def check_project(name: str, files: Mapping[str, str], *, balls: Mapping[str, int], bank_volts: Mapping[int, float],
-                  clock_balls: Collection[str]) -> list[str]:
-    """What is wrong with a Quartus project.
+def _check_header(name: str, verilog: str, ports: Collection[str]) -> list[str]:
+    """Whether the Verilog has the ports of the netlist, which the other checks are about."""
+    headers = dict(_HEADER.findall(verilog))
+    if name not in headers:
+        return [f"{name}.v has no module {name}"]
+    written = set(re.findall(r"\w+", headers[name]))
+    problems = [f"{name}.v lacks the port {port}" for port in sorted(set(ports) - written)]
+    return problems + [f"{name}.v has the port {port}, which the design has not" for port in sorted(written - set(ports))]
+
+
+def check_project(project: Project, *, balls: Mapping[str, int] = BALLS, bank_volts: Mapping[int, float] = BANK_VOLTS,
+                  clock_balls: Collection[str] = CLOCK_BALLS) -> list[str]:
+    """Problems of a Quartus project.
 
     - Every bit of every port has one pin and one I/O standard, and nothing else has an assignment.
     - No pin is used twice; each is known, and the supply of its bank suits the standard.
-    - Every clock comes from a pin that reaches the clock network and has a ``create_clock``, or from a PLL, with ``derive_pll_clocks``.
-    - Ports that the constraints name exist; so do the files that the settings name, but for the ``.qip``, which the user generates.
+    - Every clock is that of a pin that reaches the clock network and has a ``create_clock``, or of a PLL, with ``derive_pll_clocks``.
+    - Ports that the constraints name exist; so do the files that the settings name, except the ``.qip``, which the user generates.
 
     Parameters
     ----------
-    name : str
-        Of project and top-level module.
-    files : mapping
-        File name to text: ``name.v``, ``name.qsf``, ``name.sdc`` and the others.
+    project : Project
+        With the files ``NAME.v``, ``NAME.qsf`` and ``NAME.sdc``.
     balls : mapping
         Known balls of the device, to their I/O bank.
     bank_volts : mapping
@@ -100,13 +126,11 @@ def check_project(name: str, files: Mapping[str, str], *, balls: Mapping[str, in
     list of str
         A sentence for each problem; empty if there is none.
     """
+    name, files, ports = project.name, project.files, project.ports
     settings, constraints = files[f"{name}.qsf"], files[f"{name}.sdc"]
-    found = modules(files[f"{name}.v"])
-    if name not in found:
-        return [f"{name}.v has no module {name}"]
-    ports = found[name].ports
-    problems = _check_pins(_bits(ports), settings, balls, bank_volts)
-    problems += _check_clocks(clock_sources(found, name), settings, constraints, clock_balls)
+    problems = _check_header(name, files[f"{name}.v"], ports)
+    problems += _check_pins(_bits(ports), settings, balls, bank_volts)
+    problems += _check_clocks(clock_sources(project.netlist, name, _BLOCKS), settings, constraints, clock_balls)
 
     bits = {*ports, *_bits(ports)}
     for pattern in dict.fromkeys(" ".join(_PATTERNS.findall(constraints)).split()):

@@ -11,12 +11,11 @@ from amaranth.build import Attrs, Clock, Connector, Pins, PinsN, Resource, Subsi
 from amaranth.vendor import AlteraPlatform
 
 
-__all__ = ["BALLS", "BANK_VOLTS", "CAPACITY", "CLOCK_BALLS", "DEVICE", "FAMILY", "MEMORY_CLOCK_MHZ", "OSCILLATOR_HZ", "Cyclone3Platform"]
+__all__ = ["BALLS", "BANK_VOLTS", "CLOCK_BALLS", "DEVICE", "FAMILY", "MEMORY_CLOCK_MHZ", "OSCILLATOR_HZ", "Cyclone3Platform"]
 
 
 FAMILY = "Cyclone III"
 DEVICE = "EP3C120F780C7"
-CAPACITY = {"logic_elements": 119_088, "memory_bits": 3_981_312, "m9k": 432, "multipliers_9x9": 576}
 
 OSCILLATOR_HZ = 50_000_000
 

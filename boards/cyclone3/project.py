@@ -1,19 +1,23 @@
 """Project files for Quartus II 9.1 to 13.1 around :class:`boards.cyclone3.top.BoardTop`, through Amaranth's templates."""
 
+from fractions import Fraction
 from importlib import resources
 from typing import ClassVar
 
-from boards.cyclone3.platform import MEMORY_CLOCK_MHZ, Cyclone3Platform
 from golden.config import MatcherConfig
 from golden.video.formats import DisplayFormat
-from hdl.emit import verilog_of_rtlil
+from hdl.emit import emit_rtlil
 
+from ..registry import Project, System
+from .platform import MEMORY_CLOCK_MHZ, Cyclone3Platform
 from .top import BoardTop, pll_ratio
 
 
-__all__ = ["MEMORY_CONTROLLER", "StereoPlatform", "quartus_project"]
+__all__ = ["MEMORY_CONTROLLER", "NAME", "StereoPlatform", "quartus_project"]
 
 
+#: Of project and top-level module.
+NAME = "stereo"
 #: Variation of Altera's DDR2 controller that the user has generated: module, file names.
 MEMORY_CONTROLLER = "stereo_ddr2"
 
@@ -103,28 +107,21 @@ class StereoPlatform(Cyclone3Platform):
         self.config = config
 
     @property
-    def display_ratio(self):
+    def display_ratio(self) -> Fraction:
         return pll_ratio(self.display.pixel_clock_hz)
 
 
-def quartus_project(name: str, core, display: DisplayFormat, config: MatcherConfig) -> dict[str, str]:
+def quartus_project(core: System, display: DisplayFormat, config: MatcherConfig) -> Project:
     """Verilog, project, settings, constraints and README of the board with ``core`` on it.
 
     Parameters
     ----------
-    name : str
-        Of project and top-level module.
     core : wiring.Component
         With the ports :class:`hdl.video.ports.SystemPorts`.
     display, config
         What the core was made for.
-
-    Returns
-    -------
-    dict
-        File name to text.
     """
-    plan = StereoPlatform(display, config).prepare(BoardTop(core, display), name, emit_src=False)
+    plan = StereoPlatform(display, config).prepare(BoardTop(core, display), NAME, emit_src=False)
     files = {file_name: text.rstrip("\n") + "\n" for file_name, text in plan.files.items()}
-    files[f"{name}.v"] = verilog_of_rtlil(files.pop(f"{name}.il"))
-    return files
+    files[f"{NAME}.v"], netlist = emit_rtlil(files.pop(f"{NAME}.il"))
+    return Project(NAME, files, netlist)

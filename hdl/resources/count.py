@@ -3,9 +3,10 @@
 from collections import Counter, defaultdict
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
-from .mapping import Netlist, block_of
+from ..netlist import Bit, Pin
+from .mapping import Mapped, block_of
 
 
 __all__ = ["FIGURES", "Count", "Resources", "count"]
@@ -43,11 +44,6 @@ class Count:
         return Resources(*map(sum, zip(*self.blocks.values(), strict=True)))
 
 
-class _Pin(NamedTuple):
-    cell: str
-    port: str
-
-
 def _common(blocks: set[str]) -> str:
     """The innermost block that holds all of ``blocks``."""
     common = []
@@ -60,46 +56,35 @@ def _common(blocks: set[str]) -> str:
 
 class _Elements:
     """The netlist as logic elements: which cells take one, and which registers share one."""
-    def __init__(self, netlist: Netlist):
-        self.netlist = netlist
-        self.cells = netlist.cells
-        self.driver: dict[int, _Pin] = {}
-        self.users: dict[int, list[_Pin]] = defaultdict(list)
-        for name, cell in self.cells.items():
-            for port, bits in cell["connections"].items():
-                for bit in bits:
-                    if isinstance(bit, int):
-                        if cell["port_directions"][port] == "output":
-                            self.driver[bit] = _Pin(name, port)
-                        else:
-                            self.users[bit].append(_Pin(name, port))
-        outputs = [bit for port in netlist.ports.values() if port["direction"] == "output" for bit in port["bits"]]
-        for bit in outputs:
-            self.users[bit].append(_Pin("", "output"))
+    def __init__(self, mapped: Mapped):
+        self.mapped = mapped
+        self.cells = mapped.module.cells
+        self.driver = mapped.module.drivers
+        self.users = mapped.module.users
         self._blocks: dict[str, frozenset[str]] = {}
 
     def kind(self, name: str) -> str:
-        return self.cells[name]["type"] if name else ""
+        return self.cells[name].kind if name else ""
 
-    def bit(self, name: str, port: str) -> Any:
-        """What is connected to a port of one bit: a number, or a constant as text."""
-        return self.cells[name]["connections"].get(port, ["x"])[0]
+    def bit(self, name: str, port: str) -> Bit:
+        """The bit that is connected to a port of one bit."""
+        return self.cells[name].connections.get(port, ["x"])[0]
 
     def of_kind(self, kind: str) -> list[str]:
-        return [name for name, cell in self.cells.items() if cell["type"] == kind]
+        return [name for name, cell in self.cells.items() if cell.kind == kind]
 
     @cached_property
     def absorbed(self) -> set[str]:
         """Inverters that a carry element does itself: before its operands, or after a sum that goes nowhere else."""
         found = set()
         for name in self.of_kind("C3_LUT"):
-            if int(self.cells[name]["parameters"]["WIDTH"], 2) != 1:
+            if int(self.cells[name].parameters["WIDTH"], 2) != 1:
                 continue
-            users = self.users[self.bit(name, "O")]
+            users = self.users.get(self.bit(name, "O"), [])
             before = all(self.kind(user.cell) == "C3_ADD" and user.port in "AB" for user in users)
             source = self.driver.get(self.bit(name, "A"))
             after = source is not None and self.kind(source.cell) == "C3_ADD" and source.port == "S" \
-                and len(self.users[self.bit(name, "A")]) == 1
+                and len(self.users.get(self.bit(name, "A"), [])) == 1
             if before or after:
                 found.add(name)
         return found
@@ -113,7 +98,7 @@ class _Elements:
         found: set[str] = set()
         for kind, port in (("C3_MULT18", "Y"), ("C3_MULT9", "Y"), ("C3_M9K", "Q")):
             for name in self.of_kind(kind):
-                users = [self.users[bit] for bit in self.cells[name]["connections"][port] if self.users.get(bit)]
+                users = [self.users[bit] for bit in self.cells[name].connections[port] if self.users.get(bit)]
                 alone = all(len(pins) == 1 and self.kind(pins[0].cell) == "C3_FF" and pins[0].port == "D" for pins in users)
                 registers = {pins[0].cell for pins in users}
                 if alone and {self.bit(register, "CLR") for register in registers} == {"0"} \
@@ -122,7 +107,7 @@ class _Elements:
         return found
 
     @cached_property
-    def carries_out(self) -> set[int]:
+    def carries_out(self) -> set[Bit]:
         """Carries that need an element to bring them out.
 
         A carry goes to one place only, the next element, be it in arithmetic mode or a table that takes it as one of its inputs.
@@ -140,7 +125,7 @@ class _Elements:
                 found.add(bit)
         return found
 
-    def element(self, bit: Any) -> _Pin | None:
+    def element(self, bit: Bit) -> Pin | None:
         """The element that computes ``bit``, if one does."""
         pin = self.driver.get(bit)
         if pin is None or self.kind(pin.cell) not in ("C3_LUT", "C3_ADD"):
@@ -149,7 +134,7 @@ class _Elements:
             return self.driver.get(self.bit(pin.cell, "A"))
         return None if pin.port == "CO" and bit not in self.carries_out else pin
 
-    def packed(self, alone: bool) -> dict[str, _Pin]:
+    def packed(self, alone: bool) -> dict[str, Pin]:
         """Registers that share the element which feeds them, one each; with ``alone`` only if it feeds nothing else."""
         found, taken = {}, set()
         for name in self.of_kind("C3_FF"):
@@ -164,26 +149,26 @@ class _Elements:
         """The block of a cell; of a table those that it leads to."""
         if name not in self._blocks:
             cell = self.cells[name]
-            marked = block_of(cell["attributes"])
-            if cell["type"] == "C3_M9K":  # named after the memory, with two numbers
-                found = frozenset([".".join([self.netlist.top, *name.split(".")[:-3]])])
+            marked = block_of(cell.attributes)
+            if cell.kind == "C3_M9K":  # named after the memory, with two numbers
+                found = frozenset([".".join([self.mapped.top, *name.split(".")[:-3]])])
             elif marked:
                 found = frozenset([marked])
             else:
                 self._blocks[name] = frozenset()  # ends a walk that comes back through an unmarked register
-                bits = [bit for port, bits in cell["connections"].items() if cell["port_directions"][port] == "output" for bit in bits]
+                bits = [bit for port, bits in cell.connections.items() if cell.directions[port] == "output" for bit in bits]
                 found = frozenset().union(*(self.blocks(user.cell) for bit in bits for user in self.users.get(bit, []) if user.cell))
             self._blocks[name] = found
         return self._blocks[name]
 
     def block(self, name: str) -> str:
         """The block that a cell counts for: of a table that leads to several, the one that holds them all."""
-        return _common(set(self.blocks(name))) or self.netlist.top
+        return _common(set(self.blocks(name))) or self.mapped.top
 
 
-def count(netlist: Netlist) -> Count:
-    """Count a mapped netlist."""
-    elements = _Elements(netlist)
+def count(mapped: Mapped) -> Count:
+    """Count the elements of a mapped design."""
+    elements = _Elements(mapped)
     tables = [name for name in elements.of_kind("C3_LUT") if name not in elements.absorbed]
     carries = elements.of_kind("C3_ADD")
     registers = [name for name in elements.of_kind("C3_FF") if name not in elements.inside_blocks]
@@ -205,11 +190,11 @@ def count(netlist: Netlist) -> Count:
     for kind, number in _MULTIPLIERS_9X9.items():
         for name in elements.of_kind(kind):
             figures[elements.block(name)]["multipliers_9x9"] += number
-    for memory in netlist.memories:
-        figures[".".join([netlist.top, *memory.name.split(".")[:-1]])]["memory_bits"] += memory.bits
+    for memory in mapped.memories:
+        figures[".".join([mapped.top, *memory.name.split(".")[:-1]])]["memory_bits"] += memory.bits
 
     known = {"C3_LUT", "C3_ADD", "C3_FF", "C3_M9K", *_MULTIPLIERS_9X9}
-    unknown = sorted({cell["type"] for cell in netlist.cells.values()} - known - {"$scopeinfo"})
+    unknown = sorted({cell.kind for cell in elements.cells.values()} - known - {"$scopeinfo"})
     if unknown:
         raise RuntimeError(f"the mapping left {', '.join(unknown)}: nothing that a Cyclone III has")
     return Count(

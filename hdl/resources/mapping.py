@@ -1,28 +1,30 @@
-"""A component mapped to what a Cyclone III consists of, by Yosys passes."""
+"""A component mapped to the elements of a Cyclone III, by Yosys passes."""
 
-import json
 import re
-import subprocess
-import sys
 import tempfile
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from amaranth.back import rtlil
 
+from ..netlist import Netlist, read_netlist
+from ..yosys import Tool, run_yosys
 
-__all__ = ["Memory", "Netlist", "block_of", "map_cyclone3", "marked_rtlil", "run_yosys"]
+
+__all__ = ["Mapped", "Memory", "block_of", "map_cyclone3", "marked_rtlil"]
 
 
 _FILES = Path(__file__).parent / "cyclone3"
 
-# Where a cell comes from, as Yosys's passes hand it on: the attribute that elsewhere holds a line of the source.
+# Marks the block of a cell in the attribute that usually holds a line of the source: Yosys's passes preserve it.
 _MARK = "block="
 
-# Each with what the progress display says. `wreduce` and `opt -fine` make operands no wider than their values.
-_READ = """
+# Comments name the steps, for the display of progress. `wreduce` and `opt -fine` make operands no wider than their values. Registers are
+# mapped before the tables, because ABC would map the logic between registers of different clock enables separately.
+_SCRIPT = """
+# reading
 read_rtlil design.il
 read_verilog -lib {files}/cells.v
 hierarchy -check -top {top}
@@ -34,8 +36,7 @@ opt -nodffe -nosdff
 wreduce
 peepopt
 opt_clean
-"""
-_MULTIPLIERS = """
+# multipliers
 memory_dff
 wreduce t:$mul
 techmap -map +/mul2dsp.v -D DSP_A_MAXWIDTH=18 -D DSP_B_MAXWIDTH=18 -D DSP_A_MINWIDTH=10 -D DSP_B_MINWIDTH=4 -D DSP_NAME=$__C3_MULT18
@@ -44,8 +45,7 @@ techmap -map +/mul2dsp.v -D DSP_A_MAXWIDTH=9 -D DSP_B_MAXWIDTH=9 -D DSP_A_MINWID
 chtype -set $mul t:$__soft_mul
 techmap -map {files}/multipliers.v
 opt -fine
-"""
-_MEMORIES = """
+# memories
 memory -nomap
 opt_clean
 tee -q -o memories.il dump t:$mem_v2
@@ -55,8 +55,7 @@ techmap -map {files}/memories.v
 opt -fast -mux_undef -undriven -fine
 memory_map
 opt -undriven -fine
-"""
-_CHAINS = """
+# carry chains
 techmap -map {files}/arithmetic.v
 opt -fast
 techmap
@@ -65,56 +64,38 @@ dfflegalize -cell $_DFF_P_ 0 -cell $_DFFE_PP_ 0 -cell $_SDFF_PP0_ 0 -cell $_SDFF
 opt_merge
 techmap -map {files}/registers.v
 opt_clean
-"""
-# The registers are mapped before: ABC would map what lies between registers of unlike clock enables each for itself.
-_TABLES = """
+# tables
 abc -lut 4
 clean
 techmap -map {files}/tables.v
 clean -purge
 write_json netlist.json
 """
-_STEPS = (
-    ("reading", _READ), ("multipliers", _MULTIPLIERS), ("memories", _MEMORIES), ("carry chains", _CHAINS), ("tables", _TABLES),
-)
-
-# Runs in a process of its own: Yosys ends the process on an error, and memory comes back.
-_WORKER = """
-import sys
-from pyosys import libyosys
-design = libyosys.Design()
-for line in sys.stdin:
-    command, _, step = line.rstrip("\\n").partition("\\t")
-    print(step, flush=True)
-    design.run_pass(f"tee -q -a yosys.log {command}")
-open("done", "w").close()
-"""
 
 
 @dataclass(frozen=True)
 class Memory:
-    """A memory as it was written: where it is, and its size in bits."""
+    """A memory of the source: its path, and its size in bits."""
     name: str
     bits: int
 
 
 @dataclass(frozen=True)
-class Netlist:
-    """What :func:`map_cyclone3` made: the cells, as Yosys's JSON has them, and the memories that went into blocks."""
+class Mapped:
+    """A design that :func:`map_cyclone3` mapped: the flattened module, and the memories that are in memory blocks."""
     top: str
-    cells: dict[str, Any]
-    ports: dict[str, Any]
+    module: Netlist
     memories: tuple[Memory, ...]
 
 
-def block_of(attributes: dict[str, Any]) -> str | None:
-    """Path of the block that a cell comes from; of several the first."""
+def block_of(attributes: Mapping[str, str]) -> str | None:
+    """Path of the block that a cell was written in; the first in the alphabet if there are several."""
     marks = [mark.removeprefix(_MARK) for mark in attributes.get("src", "").split("|") if mark.startswith(_MARK)]
     return min(marks) if marks else None
 
 
 def marked_rtlil(component: Any, name: str) -> str:
-    """RTLIL of ``component`` in which every cell, process and memory carries the name of its module, that is its path."""
+    """RTLIL of ``component`` in which every cell, process and memory is marked with the name of its module, which is its path."""
     lines: list[str] = []
     module = name
     for line in rtlil.convert(component, name=name, emit_src=False).splitlines():
@@ -124,24 +105,6 @@ def marked_rtlil(component: Any, name: str) -> str:
             lines.append(f'  attribute \\src "{_MARK}{module}"')
         lines.append(line)
     return "\n".join(lines) + "\n"
-
-
-def run_yosys(steps: Iterable[tuple[str, str]], folder: Path, report: Callable[[str], None] = lambda step: None) -> None:
-    """Run Yosys commands in ``folder``, a process of their own; ``report`` is told of each step, the first of a pair."""
-    (folder / "done").unlink(missing_ok=True)
-    commands = "".join(f"{command}\t{step}\n" for step, script in steps for command in script.strip().splitlines())
-    with subprocess.Popen([sys.executable, "-c", _WORKER], cwd=folder, stdin=subprocess.PIPE, stdout=subprocess.PIPE,
-                          stderr=subprocess.STDOUT, text=True) as worker:
-        assert worker.stdin and worker.stdout
-        worker.stdin.write(commands)
-        worker.stdin.close()
-        said = []
-        for line in worker.stdout:
-            said.append(line.strip())
-            report(line.strip())
-    if not (folder / "done").exists():
-        log = folder / "yosys.log"
-        raise RuntimeError(f"Yosys failed: {(log.read_text() if log.exists() else '')[-2000:]} {said[-3:]}")
 
 
 def _memories(text: str) -> dict[str, int]:
@@ -154,14 +117,13 @@ def _memories(text: str) -> dict[str, int]:
     return sizes
 
 
-def map_cyclone3(component: Any, name: str, report: Callable[[str], None] = lambda step: None) -> Netlist:
+def map_cyclone3(component: Any, name: str, report: Callable[[str], None] = lambda step: None) -> Mapped:
     """Map ``component``, flattened, to Cyclone III elements."""
     with tempfile.TemporaryDirectory(prefix="resources-") as temporary:
         folder = Path(temporary)
         (folder / "design.il").write_text(marked_rtlil(component, name))
-        run_yosys(((step, script.format(files=_FILES, top=name)) for step, script in _STEPS), folder, report)
-        module = json.loads((folder / "netlist.json").read_text())["modules"][name]
+        run_yosys(Tool.PYOSYS, _SCRIPT.format(files=_FILES, top=name), folder, report)
         written = _memories((folder / "memories.il").read_text())
         small = _memories((folder / "small_memories.il").read_text())
         memories = tuple(Memory(path, bits) for path, bits in written.items() if path not in small)
-        return Netlist(name, module["cells"], module["ports"], memories)
+        return Mapped(name, read_netlist(folder / "netlist.json")[name], memories)

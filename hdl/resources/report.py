@@ -11,6 +11,7 @@ from rich.table import Table
 from .clock import DEVICE as CLOCK_DEVICE
 from .clock import Clock
 from .count import FIGURES, Count, Resources
+from .devices import Device
 
 
 __all__ = ["THESIS", "TITLES", "as_json", "clock_text", "method", "show", "table", "tree"]
@@ -80,8 +81,9 @@ def _without_numbers(path: str) -> str:
     return re.sub(r"(_?\d+)+(?=\.|$)", "*", path)
 
 
-def table(count: Count, capacity: dict[str, int], device: str, title: str, thesis: bool) -> Table:
+def table(count: Count, device: Device, title: str, thesis: bool) -> Table:
     """Blocks, total, device and, if ``thesis``, Table 2."""
+    capacity = device.capacity._asdict()
     shown = Table(title=title, title_justify="left")
     shown.add_column("block", no_wrap=True, overflow="fold")
     for figure in FIGURES:
@@ -92,7 +94,7 @@ def table(count: Count, capacity: dict[str, int], device: str, title: str, thesi
     shown.add_section()
     total = count.total._asdict()
     shown.add_row("total", *(f"{total[figure]:,}" for figure in FIGURES), style="bold")
-    shown.add_row(device, *(f"{capacity[figure]:,}" for figure in FIGURES))
+    shown.add_row(device.name, *(f"{capacity[figure]:,}" for figure in FIGURES))
     shown.add_row("used", *(f"{100 * total[figure] / capacity[figure]:.1f} %" for figure in FIGURES))
     if thesis:
         known = {figure: f"{value:,}" for figure, value in THESIS.items()}
@@ -114,7 +116,7 @@ def clock_text(clock: Clock) -> str:
     return "\n".join(lines)
 
 
-def as_json(count: Count, clock: Clock | None, about: dict[str, Any], capacity: dict[str, int]) -> dict[str, Any]:
+def as_json(count: Count, clock: Clock | None, about: dict[str, Any], capacity: Resources) -> dict[str, Any]:
     """The same for machines. Figures of a block leave out the blocks inside it, so that all of them add up to the total."""
     document = {
         **about,
@@ -122,7 +124,7 @@ def as_json(count: Count, clock: Clock | None, about: dict[str, Any], capacity: 
         "blocks": {path: figures._asdict() for path, figures in count.blocks.items()},
         "logic_elements_between": [count.least, count.most],
         "elements": count.kinds,
-        "capacity": {figure: capacity[figure] for figure in FIGURES},
+        "capacity": capacity._asdict(),
         "thesis_table_2": THESIS,
         "method": method(count),
     }
@@ -131,7 +133,7 @@ def as_json(count: Count, clock: Clock | None, about: dict[str, Any], capacity: 
     return document
 
 
-def show(console: Console, count: Count, capacity: dict[str, int], device: str, title: str, thesis: bool) -> None:
+def show(console: Console, count: Count, device: Device, title: str, thesis: bool) -> None:
     """Print table and method."""
-    console.print(table(count, capacity, device, title, thesis))
+    console.print(table(count, device, title, thesis))
     console.print(method(count), highlight=False)

@@ -8,7 +8,6 @@ from pathlib import Path
 from amaranth.hdl import Fragment
 from rich.progress import Progress
 
-from boards.cyclone3 import platform as cyclone3
 from golden.cli import Parser, progress
 from golden.config import Arithmetic, Engine, MatcherConfig
 from golden.errors import UserError, run_cli
@@ -19,6 +18,7 @@ from golden.pages import digest, origin, table
 from ..matcher.matcher import Matcher
 from .__main__ import need
 from .count import FIGURES, Resources, count
+from .devices import DEFAULT_DEVICE, DEVICES
 from .mapping import map_cyclone3
 from .report import THESIS, TITLES
 
@@ -60,13 +60,13 @@ def inputs(tables: Sequence[str], small: Sequence[Resources]) -> str:
     small : sequence of Resources
         Totals of the small matchers, in the order of the engines.
     """
-    return digest(SIZES, TABLE_3, THESIS, cyclone3.CAPACITY, list(tables), [list(total) for total in small])
+    return digest(SIZES, TABLE_3, THESIS, DEVICES[DEFAULT_DEVICE].capacity._asdict(), list(tables), [list(total) for total in small])
 
 
 def _table_2(counts: dict[tuple[Engine, int], Resources]) -> list[str]:
     head = ["EP3C120", "available", "thesis 720x576x80",
             *(f"{engine} {'x'.join(map(str, size))}" for engine in Engine for size in SIZES)]
-    rows = [[TITLES[figure], f"{cyclone3.CAPACITY[figure]:,}", f"{THESIS[figure]:,}" if figure in THESIS else "-",
+    rows = [[TITLES[figure], f"{getattr(DEVICES[DEFAULT_DEVICE].capacity, figure):,}", f"{THESIS[figure]:,}" if figure in THESIS else "-",
              *(f"{getattr(counts[engine, size[0]], figure):,}" for engine in Engine for size in SIZES)] for figure in FIGURES]
     return table(head, rows)
 

@@ -16,7 +16,7 @@ TESTS = 8
 @pytest.fixture(scope="module")
 def verilog(tmp_path_factory):
     path = tmp_path_factory.mktemp("board") / "stereo.v"
-    path.write_text(board_project("1024x768")["stereo.v"])
+    path.write_text(board_project("1024x768").files["stereo.v"])
     return path
 
 

@@ -11,7 +11,7 @@ from pathlib import Path
 from amaranth.back import rtlil
 from amaranth.hdl import ClockDomain, Module
 
-from hdl.resources.mapping import run_yosys
+from hdl.yosys import Tool, run_yosys
 
 
 __all__ = ["prove"]
@@ -53,7 +53,7 @@ def prove(elaboratable, ports, folder: Path, *, timeout=120) -> bool:
     m.domains.sync = sync = ClockDomain(reset_less=True)
     m.submodules.design = elaboratable
     (folder / "design.il").write_text(rtlil.convert(m, name="design", ports=[sync.clk, *ports], emit_src=False))
-    run_yosys([("circuit", _CIRCUIT)], folder)
+    run_yosys(Tool.PYOSYS, _CIRCUIT, folder)
     # `aig`, then numbers of nodes, inputs, latches, outputs, gates, and assertions.
     header = (folder / "design.aig").read_bytes().split(b"\n", 1)[0].split()
     if len(header) < 7 or header[3] == b"0":

@@ -63,6 +63,6 @@ class BoardCore(wiring.Component):
 
 @cache
 def board_project(display):
-    """Files of the board's project, by name, with the stand-in on it; ``display`` by its name."""
+    """The board's project with the stand-in on it; ``display`` by its name."""
     config = MatcherConfig(disparities=4, max_width=8)
-    return quartus_project("stereo", BoardCore(config), DISPLAYS[display], config)
+    return quartus_project(BoardCore(config), DISPLAYS[display], config)

@@ -1,20 +1,17 @@
 import re
+from dataclasses import replace
 
 import pytest
 
 from boards.cyclone3.check import check_project
-from boards.cyclone3.platform import BALLS, BANK_VOLTS, CLOCK_BALLS
 from golden.video.formats import DISPLAYS
+from hdl.netlist import Cell, Port
 from sim.models.board_core import board_project
-
-
-def check(files):
-    return check_project("stereo", files, balls=BALLS, bank_volts=BANK_VOLTS, clock_balls=CLOCK_BALLS)
 
 
 @pytest.mark.parametrize("display", DISPLAYS)
 def test_sound(display):
-    assert check(board_project(display)) == []
+    assert check_project(board_project(display)) == []
 
 
 # What is changed: file, pattern, replacement; and all that is said of it.
@@ -46,11 +43,11 @@ VIOLATIONS = {
                            ["the clock altpll.clk is not constrained: derive_pll_clocks", "the clock stereo_ddr2.phy_clk is not"]),
     "clock off the clock network": ("qsf", r"(PIN_)(Y28)( -to camera_0__clk__io\n[^\0]*?PIN_)(AC28)( -to camera_0__data__io\[0\])",
                                     r"\1\4\3\2\5", ["the clock at camera_0__clk__io comes in at AC28, which does not reach"]),
-    "gated clock": ("v", r"(stereo_ddr2 ddr2 \((?:[^;])*?\.pll_ref_clk\()(\w+)(\))", r"\1gated\3",
-                    ["the clock gated comes neither from a pin nor from a PLL"]),
     "constraint on no port": ("sdc", r"\[get_ports \{dvi_0__red__io\[\*\] ", "[get_ports {dvi_0__reds__io[*] ",
                               [r"stereo.sdc constrains dvi_0__reds__io\[\*\], which is no port"]),
     "module": ("v", r"\Amodule stereo\(", "module mono(", ["stereo.v has no module stereo"]),
+    "port of the text alone": ("v", r"(\Amodule stereo\()", r"\1spare, ", ["stereo.v has the port spare, which the design has not"]),
+    "port that the text lacks": ("v", r"(\Amodule stereo\([^;]*)rst_0__io, ", r"\1", ["stereo.v lacks the port rst_0__io"]),
     "top level": ("qsf", "TOP_LEVEL_ENTITY stereo", "TOP_LEVEL_ENTITY mono", ["top-level module is stereo, but stereo.qsf has mono"]),
     "source": ("qsf", "VERILOG_FILE stereo.v", "VERILOG_FILE mono.v", ["stereo.qsf names the file mono.v, which is not there"]),
     "constraints": ("qsf", ".*SDC_FILE.*\n", "", ["stereo.qsf has no SDC_FILE"]),
@@ -61,16 +58,31 @@ VIOLATIONS = {
 @pytest.mark.parametrize("case", VIOLATIONS)
 def test_violation(case):
     suffix, pattern, replacement, told = VIOLATIONS[case]
-    files = board_project("720x576")
-    text, times = re.subn(pattern, replacement, files[f"stereo.{suffix}"], count=1)
+    project = board_project("720x576")
+    text, times = re.subn(pattern, replacement, project.files[f"stereo.{suffix}"], count=1)
     assert times == 1
-    problems = check({**files, f"stereo.{suffix}": text})
+    problems = check_project(replace(project, files={**project.files, f"stereo.{suffix}": text}))
     assert len(problems) == len(told), problems
     for expected in told:
         assert any(re.search(expected, problem) for problem in problems), (expected, problems)
 
 
+def with_top(project, **changes):
+    """The project with another netlist of its top level."""
+    return replace(project, netlist={**project.netlist, "stereo": replace(project.netlist["stereo"], **changes)})
+
+
+def test_gated_clock():
+    project = board_project("720x576")
+    cells = project.netlist["stereo"].cells
+    ddr2 = replace(cells["ddr2"], connections={**cells["ddr2"].connections, "pll_ref_clk": [10_000]})
+    gate = Cell("$and", {"Y": [10_000]}, {"Y": "output"})
+    gated = with_top(project, cells={**cells, "ddr2": ddr2, "gate": gate}, nets={**project.netlist["stereo"].nets, "gated": [10_000]})
+    assert check_project(gated) == ["the clock gated comes neither from a pin nor from a PLL"]
+
+
 def test_port_that_nobody_expected():
-    files = board_project("720x576")
-    text = files["stereo.v"].replace("  input rst_0__io;\n", "  input rst_0__io;\n  output [1:0] spare;\n", 1)
-    assert check({**files, "stereo.v": text}) == [f"spare[{bit}] has no {what}" for what in ("pin", "I/O standard") for bit in (0, 1)]
+    project = board_project("720x576")
+    ports = {**project.netlist["stereo"].ports, "spare": Port("output", [10_000, 10_001])}
+    assert check_project(with_top(project, ports=ports)) == [
+        "stereo.v lacks the port spare", *(f"spare[{bit}] has no {what}" for what in ("pin", "I/O standard") for bit in (0, 1))]

@@ -3,7 +3,6 @@ import re
 import pytest
 
 from golden.video.formats import DISPLAYS
-from hdl.verilog import modules
 from sim.models.board_core import board_project
 
 
@@ -14,7 +13,12 @@ def display(request):
 
 @pytest.fixture
 def files(display):
-    return board_project(display)
+    return board_project(display).files
+
+
+@pytest.fixture
+def top(display):
+    return board_project(display).netlist["stereo"]
 
 
 def of_port(settings, name):
@@ -91,10 +95,11 @@ def test_delays_at_the_pins(files):
     assert re.search(r"(?m)^create_generated_clock -name dvi_clock .* -invert \[get_ports \{dvi_0__clk__io\}\]$", constraints)
 
 
-def test_names_of_the_blocks_that_constraints_name(files):
-    """The PLL and the memory controller are at the top, with these names."""
-    kinds = {child.name: child.kind for child in modules(files["stereo.v"])["stereo"].instances}
-    assert (kinds["display_pll"], kinds["ddr2"]) == ("altpll", "stereo_ddr2")
+def test_names_of_the_blocks_that_constraints_name(files, top):
+    """The PLL and the memory controller are at the top, with these names; in the text too."""
+    for name, kind in (("display_pll", "altpll"), ("ddr2", "stereo_ddr2")):
+        assert top.cells[name].kind == kind
+        assert re.search(rf"(?m)^  {kind} (#\([^;]*?\n  \) )?{name} \($", files["stereo.v"])
 
 
 def test_registers_that_the_readme_names(files):
@@ -105,17 +110,17 @@ def test_registers_that_the_readme_names(files):
         assert len(re.findall(rf"(?m)^  reg \[\d+:0\] {name} = ", files["stereo.v"])) == 3
 
 
-def test_every_port_is_constrained(files):
+def test_every_port_is_constrained(files, display):
     """By a delay, as a false path, as a clock, or by the memory controller's own constraints."""
     named = re.findall(r"\[get_ports \{([^}]+)\}\]", files["stereo.sdc"])
     patterns = [re.escape(pattern).replace(r"\*", ".*") for pattern in " ".join(named).split()]
-    for port, (_, width) in modules(files["stereo.v"])["stereo"].ports.items():
+    for port, (_, width) in board_project(display).ports.items():
         bits = [port] if width == 1 else [f"{port}[{bit}]" for bit in range(width)]
         for bit in bits:
             assert port.startswith("ddr2_") or any(re.fullmatch(pattern, bit) for pattern in patterns), bit
 
 
-def test_readme(files, display):
+def test_readme(files, display, top):
     """Names what is there, with the numbers of this build."""
     text = files["README.md"]
     shown = DISPLAYS[display]
@@ -125,6 +130,5 @@ def test_readme(files, display):
     assert "4 disparities, sequential engine, thesis arithmetic" in text
     for name in re.findall(r"`(stereo\.\w+)`", text):
         assert name in files
-    ddr2, = (child for child in modules(files["stereo.v"])["stereo"].instances if child.name == "ddr2")
     listed = text[text.index("The module must have"):text.index("Of the scripts")]
-    assert set(ddr2.connections) == set(re.findall(r"\b(?:local|mem|aux|pll|global|soft|phy|reset)_\w+", listed))
+    assert set(top.cells["ddr2"].connections) == set(re.findall(r"\b(?:local|mem|aux|pll|global|soft|phy|reset)_\w+", listed))

@@ -3,14 +3,15 @@ import os
 import re
 import subprocess
 import sys
-from dataclasses import asdict
+from dataclasses import asdict, replace
+from functools import partial
 from pathlib import Path
 
 import pytest
 from amaranth.hdl import Fragment
 
-import hdl.build
-from boards.cyclone3 import platform as cyclone3
+from boards.cyclone3 import board
+from boards.cyclone3.check import check_project
 from golden.config import Arithmetic, Cost, FusedParameters, MatcherConfig, Refinement
 from golden.video.bandwidth import MemoryTiming
 from golden.video.formats import DISPLAYS
@@ -20,17 +21,19 @@ from sim.models.board_core import BoardCore
 
 
 ROOT = Path(__file__).parents[2]
-REAL = hdl.build.stereo_system
+BOARD_AS_IT_IS = board.BOARD
 SMALL = ["--width", "24", "--height", "10", "--disparities", "6"]
 FEW = ["--disparities", "6"]
 BOARD = ["--board", "cyclone3", "--engine", "sequential", "--display", "1024x768", *FEW]
 
 # The same in a process of its own: with the stand-in for the video system.
 WITH_STAND_IN = """
-import sys, hdl.build
+import sys, dataclasses
+from boards.cyclone3 import board
+from hdl.build import main
 from sim.models.board_core import BoardCore
-hdl.build.stereo_system = lambda config, display, timing: BoardCore(config)
-sys.exit(hdl.build.main(sys.argv[1:]))
+board.BOARD = dataclasses.replace(board.BOARD, system=lambda config, display, timing: BoardCore(config))
+sys.exit(main(sys.argv[1:]))
 """
 
 
@@ -45,7 +48,7 @@ def given():
         return BoardCore(config)
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(hdl.build, "stereo_system", stand_in)
+        patch.setattr(board, "BOARD", replace(board.BOARD, system=stand_in))
         yield displays
 
 
@@ -131,19 +134,18 @@ def test_manifest_tells_where_the_fields_of_a_payload_are(folders):
     (10, r"ask for \d+\.\d million words a second of memory, and it serves \d+\.\d at 10 MHz: choose"),
 ])
 def test_what_the_memory_cannot_serve_is_refused(clock_mhz, told, tmp_path, capsys, monkeypatch):
-    monkeypatch.setattr(cyclone3, "MEMORY_CLOCK_MHZ", clock_mhz)
-    monkeypatch.setattr(hdl.build, "stereo_system", REAL)
+    monkeypatch.setattr(board, "BOARD", replace(BOARD_AS_IT_IS, memory_clock_mhz=clock_mhz))
     assert main(["--board", "cyclone3", "--engine", "sequential", *FEW, "--output", str(tmp_path / "out")]) == 2
     assert re.fullmatch(rf"hdl\.build: .*{told}.*\n", capsys.readouterr().err)
     assert list(tmp_path.iterdir()) == []
 
 
 def test_manifest_of_the_board(folders):
-    board, core = manifest(folders["stereo"]), manifest(folders["matcher"])
-    about = {"board": "cyclone3", "device": "EP3C120F780C7", "display": "1024x768", "clock_mhz": cyclone3.MEMORY_CLOCK_MHZ,
+    whole, core = manifest(folders["stereo"]), manifest(folders["matcher"])
+    about = {"board": "cyclone3", "device": "EP3C120F780C7", "display": "1024x768", "clock_mhz": 75,
              "pixel_clock_mhz": 65.0, "camera_clock_mhz": 27.0, "memory_controller": "stereo_ddr2", "buffers": 2,
              "memory_words_per_second": {"used": 13_943_250, "available": 37_201_592}}
-    assert {name: board[name] for name in about} == about
+    assert {name: whole[name] for name in about} == about
     assert not set(about) & set(core)
 
 
@@ -159,7 +161,7 @@ def test_default_display(tmp_path, given, capsys):
 
 
 def test_a_project_that_is_not_sound_is_not_written(tmp_path, monkeypatch):
-    monkeypatch.setattr(cyclone3, "CLOCK_BALLS", frozenset())
+    monkeypatch.setattr(board, "BOARD", replace(board.BOARD, check=partial(check_project, clock_balls=frozenset())))
     with pytest.raises(RuntimeError, match="not sound: the clock at camera_0__clk__io comes in at Y28"):
         main([*BOARD, "--output", str(tmp_path / "out")])
     assert list(tmp_path.iterdir()) == []
@@ -198,7 +200,7 @@ def test_core_of_the_cost_fused(tmp_path):
 @pytest.mark.slow
 def test_board_of_the_cost_fused(tmp_path, monkeypatch):
     """The real system: its project is sound, or it would not be written."""
-    monkeypatch.setattr(hdl.build, "stereo_system", REAL)
+    monkeypatch.setattr(board, "BOARD", BOARD_AS_IT_IS)
     assert main(["--board", "cyclone3", "--cost", "fused", "--sub-pixel", *FEW, "--output", str(tmp_path)]) == 0
     told = manifest(tmp_path)
     assert (told["parameters"]["cost"], told["parameters"]["disparity_scale"], told["board"]) == ("fused", 8, "cyclone3")

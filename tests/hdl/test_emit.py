@@ -2,14 +2,17 @@ import re
 
 import pytest
 from amaranth import *
+from amaranth.back import rtlil
 from amaranth.lib import wiring
 from amaranth.lib.memory import Memory
 from amaranth.lib.wiring import In, Out
 
 from golden.config import Arithmetic, MatcherConfig
 from golden.errors import UserError
-from hdl.emit import verilog_text, write_verilog
+from hdl.emit import emit_rtlil, verilog_text, write_verilog
 from hdl.matcher.sequential.smooth import LookUpTable
+from hdl.netlist import read_netlist
+from hdl.yosys import Tool, run_yosys
 
 
 class Store(wiring.Component):
@@ -116,6 +119,25 @@ def test_look_up_tables():
 def test_ports_follow_the_signature():
     text = verilog_text(Outer(), name="outer")
     assert re.search(r"module outer\(([^)]*)\)", text)[1].split(", ") == ["clk", "rst", "o", "i"]
+
+
+def test_netlist_is_that_of_the_text(tmp_path):
+    """Ports and instances of the netlist are those that another Yosys reads from the Verilog, but for names that are not plain."""
+    pytest.importorskip("pyosys", reason="pyosys, which reads Verilog, is not installed")
+    emitted = emit_rtlil(rtlil.convert(Outer(), name="outer", emit_src=False))
+    assert emitted.verilog == verilog_text(Outer(), name="outer")
+    (tmp_path / "outer.v").write_text(emitted.verilog)
+    run_yosys(Tool.PYOSYS, "read_verilog outer.v\nhierarchy -top outer\nproc\nwrite_json outer.json\n", tmp_path)
+    read = read_netlist(tmp_path / "outer.json")
+
+    def facts(modules):
+        return {name.replace(".", "_"): (
+            {port: (told.direction, len(told.bits)) for port, told in module.ports.items()},
+            sorted(cell.kind.replace(".", "_") for cell in module.cells.values() if not cell.kind.startswith("$")))
+            for name, module in modules.items()}
+
+    assert facts(emitted.netlist) == facts(read)
+    assert facts(read)["outer"][1] == ["outer_priority", "outer_table"]
 
 
 def test_write(tmp_path):

@@ -4,6 +4,7 @@ import json
 
 import pytest
 
+from hdl.netlist import Netlist, read_netlist
 from hdl.resources.clock import _plan, _selection, _worst_path, our_name
 
 
@@ -30,30 +31,33 @@ def test_worst_path():
 
 
 def register(q):
-    return {"type": "TRELLIS_FF", "connections": {"D": [1], "Q": [q]}, "attributes": {}}
+    return {"type": "TRELLIS_FF", "port_directions": {"D": "input", "Q": "output"}, "connections": {"D": [1], "Q": [q]}}
 
 
-def netlist():
+@pytest.fixture
+def design(tmp_path):
     """Answers of two labels of two bits on the way through two registers; the last ones of label 1 are one register."""
     names = {"engine.array.transition_0[0]": [10, 11], "engine.array.transition_1[0]": [20, 21], "engine.array.transition_1[1]": [22, 22],
              "engine.other_transition_9[0]": [40], "engine.transition": [20, 21]}
     cells = {f"ff_{q}": register(q) for q in (10, 11, 20, 21, 22, 40)}
     blocks = ["engine.array.wait_0.memory.0.0", "engine.array.wait_1.memory.0.0"]
-    cells |= {name: {"type": "DP16KD", "connections": {}, "attributes": {}} for name in blocks}
-    return {"cells": cells, "netnames": {name: {"bits": bits} for name, bits in names.items()}}
+    cells |= {name: {"type": "DP16KD", "connections": {}} for name in blocks}
+    cells = {name: {**cell, "parameters": {}, "attributes": {}} for name, cell in cells.items()}
+    path = tmp_path / "design.json"
+    path.write_text(json.dumps({"modules": {"matcher": {
+        "ports": {}, "cells": cells, "netnames": {name: {"bits": bits} for name, bits in names.items()}}}}))
+    return path
 
 
-def test_selection():
-    found = _selection(netlist())
-    assert found == {"ff_20": (0, 0), "ff_21": (0, 1), "ff_22": (1, 1)}
-    assert _selection({"cells": {}, "netnames": {"clk": {"bits": [2]}}}) == {}
+def test_selection(design):
+    assert _selection(read_netlist(design)["matcher"]) == {"ff_20": (0, 0), "ff_21": (0, 1), "ff_22": (1, 1)}
+    assert _selection(Netlist({}, {}, {"clk": [2]})) == {}
 
 
-def test_plan(tmp_path):
-    (tmp_path / "design.json").write_text(json.dumps({"modules": {"matcher": netlist()}}))
-    _plan(tmp_path, "matcher")
-    cells = json.loads((tmp_path / "design.json").read_text())["modules"]["matcher"]["cells"]
-    placed = {name: cell["attributes"]["BEL"] for name, cell in cells.items() if cell["attributes"]}
+def test_plan(design):
+    _plan(design, "matcher")
+    cells = read_netlist(design)["matcher"].cells
+    placed = {name: cell.attributes["BEL"] for name, cell in cells.items() if cell.attributes}
     assert set(placed) == {"ff_20", "ff_21", "ff_22", *(name for name in cells if "wait" in name)}
     assert all(("EBR" in place) == ("wait" in name) for name, place in placed.items())
     assert len(set(placed.values())) == 5

@@ -12,12 +12,16 @@ from amaranth.lib import wiring
 from amaranth.lib.memory import Memory
 from amaranth.lib.wiring import In, Out
 
-from boards.cyclone3.platform import CAPACITY
+from hdl.netlist import Cell, Netlist
 from hdl.resources import __main__ as command
 from hdl.resources.clock import Clock
 from hdl.resources.count import FIGURES, Count, Resources, count
-from hdl.resources.mapping import Netlist, map_cyclone3
+from hdl.resources.devices import DEFAULT_DEVICE, DEVICES
+from hdl.resources.mapping import Mapped, map_cyclone3
 from hdl.resources.report import as_json, method, table, tree
+
+
+DEVICE = DEVICES[DEFAULT_DEVICE]
 
 
 class Circuit(wiring.Component):
@@ -43,29 +47,30 @@ def counted(build, **ports):
     return count(map_cyclone3(Circuit(build, **ports), "top"))
 
 
-def evaluate(netlist, **inputs):
-    """Outputs of a mapped netlist without registers: elements are evaluated until nothing is left."""
+def evaluate(mapped, **inputs):
+    """Outputs of a mapped design without registers: elements are evaluated until none is left."""
+    netlist = mapped.module
     known = {"0": 0, "1": 1, "x": 0}
     for name, value in inputs.items():
-        known |= {bit: value >> place & 1 for place, bit in enumerate(netlist.ports[name]["bits"])}
-    waiting = [cell for cell in netlist.cells.values() if cell["type"] != "$scopeinfo"]
+        known |= {bit: value >> place & 1 for place, bit in enumerate(netlist.ports[name].bits)}
+    waiting = [cell for cell in netlist.cells.values() if cell.kind != "$scopeinfo"]
     while waiting:
         left = []
         for cell in waiting:
-            pins = {port: bits[0] for port, bits in cell["connections"].items()}
-            if any(pins[port] not in known for port, way in cell["port_directions"].items() if way == "input"):
+            pins = {port: bits[0] for port, bits in cell.connections.items()}
+            if any(pins[port] not in known for port, way in cell.directions.items() if way == "input"):
                 left.append(cell)
                 continue
-            a, b, c = (known[pins[port]] for port in ("A", "B", "CI" if cell["type"] == "C3_ADD" else "C"))
-            if cell["type"] == "C3_ADD":
-                total = a + (b ^ int(cell["parameters"]["INVERT"], 2)) + c
+            a, b, c = (known[pins[port]] for port in ("A", "B", "CI" if cell.kind == "C3_ADD" else "C"))
+            if cell.kind == "C3_ADD":
+                total = a + (b ^ int(cell.parameters["INVERT"], 2)) + c
                 known |= {pins[port]: value for port, value in (("S", total & 1), ("CO", total >> 1)) if port in pins}
             else:
-                known[pins["O"]] = int(cell["parameters"]["LUT"], 2) >> (a + 2 * b + 4 * c + 8 * known[pins["D"]]) & 1
+                known[pins["O"]] = int(cell.parameters["LUT"], 2) >> (a + 2 * b + 4 * c + 8 * known[pins["D"]]) & 1
         assert len(left) < len(waiting)
         waiting = left
-    return {name: sum(known[bit] << place for place, bit in enumerate(port["bits"]))
-            for name, port in netlist.ports.items() if port["direction"] == "output"}
+    return {name: sum(known[bit] << place for place, bit in enumerate(port.bits))
+            for name, port in netlist.ports.items() if port.direction == "output"}
 
 
 # --- Logic elements ---
@@ -104,10 +109,9 @@ def test_arithmetic(function, width, elements):
 
 
 def cell(kind, inputs, outputs):
-    """A cell as Yosys's JSON has it; ports of one bit."""
-    return {"type": kind, "attributes": {}, "parameters": {"WIDTH": "10", "LUT": "0110"},
-            "port_directions": dict.fromkeys(inputs, "input") | dict.fromkeys(outputs, "output"),
-            "connections": {port: [bit] for port, bit in (inputs | outputs).items()}}
+    """A cell with ports of one bit."""
+    return Cell(kind, {port: [bit] for port, bit in (inputs | outputs).items()},
+                dict.fromkeys(inputs, "input") | dict.fromkeys(outputs, "output"), {"WIDTH": "10", "LUT": "0110"})
 
 
 CARRY = 4
@@ -133,7 +137,7 @@ def test_carry(places, elements):
     cells = {"begin": cell("C3_ADD", ADD, {"S": 3, "CO": CARRY}), **{place: PLACES[place] for place in places}}
     if places == ["another chain and a table with both"]:
         cells["begin another"] = cell("C3_ADD", ADD, {"CO": 5})
-    assert count(Netlist("top", cells, {}, ())).total.logic_elements == elements
+    assert count(Mapped("top", Netlist({}, cells, {}), ())).total.logic_elements == elements
 
 
 def test_register_file():
@@ -258,11 +262,11 @@ def test_mapping_is_exact(signed):
         for n, function in enumerate(functions):
             m.d.comb += getattr(c, f"y{n}").eq(function(c.a, c.b))
 
-    netlist = map_cyclone3(Circuit(build, a=In(shape), b=In(shape), **{f"y{n}": Out(8) for n in range(len(functions))}), "top")
+    mapped = map_cyclone3(Circuit(build, a=In(shape), b=In(shape), **{f"y{n}": Out(8) for n in range(len(functions))}), "top")
     values = range(-32, 32) if signed else range(64)
     low = [lambda a, b: (b & 7) >= a]  # a slice is unsigned
     for a, b in random.Random(1).sample(list(itertools.product(values, values)), 300):
-        assert evaluate(netlist, a=a, b=b) == {
+        assert evaluate(mapped, a=a, b=b) == {
             f"y{n}": int(function(a, b)) % 256 for n, function in enumerate(functions[:-1] + low)}
 
 
@@ -316,13 +320,13 @@ def example():
 
 def test_json():
     clock = Clock(77.777, ("a", "b", "c"), 1.234, 5, {}, False)
-    document = as_json(example(), clock, {"engine": "streaming"}, CAPACITY)
+    document = as_json(example(), clock, {"engine": "streaming"}, DEVICE.capacity)
     assert json.loads(json.dumps(document)) == document
     assert document["total"] == {"logic_elements": 101, "memory_bits": 22, "m9k": 6, "multipliers_9x9": 8}
     assert {tuple(block) for block in document["blocks"].values()} == {FIGURES}
     assert document["clock_mhz"] == 77.78
     assert document["worst_path"] == {"from": "a", "to": "c", "through": ["b"], "logic_ns": 1.23, "routing_ns": 5}
-    assert "clock_mhz" not in as_json(example(), None, {}, CAPACITY)
+    assert "clock_mhz" not in as_json(example(), None, {}, DEVICE.capacity)
 
 
 def test_method_tells_its_error():
@@ -332,13 +336,13 @@ def test_method_tells_its_error():
 
 @pytest.mark.parametrize("thesis", [False, True])
 def test_table_shows_the_thesis_at_its_size(thesis):
-    rows = list(table(example(), CAPACITY, "DEVICE", "title", thesis).columns[0].cells)
+    rows = list(table(example(), DEVICE, "title", thesis).columns[0].cells)
     assert ("thesis, table 2" in rows) == thesis
 
 
 def test_command_line(tmp_path, capsys):
     file = tmp_path / "count.json"
-    assert command.main(["--board", "cyclone3", "--width", "16", "--disparities", "2", "--json", str(file)]) == 0
+    assert command.main(["--device", DEVICE.name, "--width", "16", "--disparities", "2", "--json", str(file)]) == 0
     document = json.loads(file.read_text())
     out = capsys.readouterr().out
     assert f"{document['total']['logic_elements']:,}" in out
@@ -348,7 +352,7 @@ def test_command_line(tmp_path, capsys):
 
 
 @pytest.mark.parametrize("arguments, sentence", [
-    (["--board", "spartan"], "there is no board 'spartan'; choose one of: cyclone3"),
+    (["--device", "spartan"], "there is no device 'spartan'; choose one of: EP3C120F780C7"),
     (["--arithmetic", "float"], "--arithmetic float has no gateware; choose thesis or linear"),
     (["--arithmetic", "float", "--cost", "fused"], "--arithmetic float has no gateware; choose linear"),
     (["--width", "0"], "--width must be a whole number from 1 to 4096, not 0; choose a value in that range"),

@@ -1,0 +1,104 @@
+"""Which boards there are, and what a board is: a folder ``boards/NAME/`` whose module ``board`` exports one :class:`Board` as ``BOARD``."""
+
+import importlib
+import pkgutil
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from importlib.util import find_spec
+from typing import Any, Protocol
+
+import boards
+from golden.config import MatcherConfig
+from golden.video.bandwidth import Budget, MemoryTiming
+from golden.video.formats import DisplayFormat
+from hdl.matcher.matcher import Matcher
+from hdl.netlist import Netlist
+from hdl.resources.devices import Device
+from hdl.video.system import StereoSystem
+
+
+__all__ = ["Board", "Project", "System", "board_names", "find_board", "stereo_system"]
+
+
+class System(Protocol):
+    """A component for a board: its ports are those that the board's project connects."""
+    matcher: Matcher
+    budget: Budget
+
+
+def stereo_system(config: MatcherConfig, display: DisplayFormat, timing: MemoryTiming) -> System:
+    """The system with two cameras, memory and monitor; its ports are :class:`hdl.video.ports.SystemPorts`."""
+    return StereoSystem(config, display, timing=timing)
+
+
+@dataclass(frozen=True)
+class Project:
+    """A project to be written.
+
+    Parameters
+    ----------
+    name : str
+        Of the top-level module, which is in the file ``NAME.v``.
+    files : dict
+        File name to text.
+    netlist : dict
+        The modules of the same design.
+    """
+    name: str
+    files: dict[str, str]
+    netlist: dict[str, Netlist]
+
+    @property
+    def ports(self) -> dict[str, tuple[str, int]]:
+        """Ports of the top level in alphabetical order: name to direction and width in bits."""
+        return {name: (port.direction, len(port.bits)) for name, port in sorted(self.netlist[self.name].ports.items())}
+
+
+@dataclass(frozen=True)
+class Board:
+    """All that ``python -m hdl.build --board NAME`` needs of a board.
+
+    Parameters
+    ----------
+    name : str
+        Of its folder.
+    device : Device
+        The FPGA.
+    memory_clock_mhz : float
+        Clock of the memory controller's local interface, which is the clock of the matcher.
+    toolchain : str
+        The vendor's software that takes the project.
+    project : callable
+        Makes the :class:`Project` from a system, the display and the configuration.
+    check : callable
+        Lists the problems of a project, a sentence each; empty if it is sound.
+    system : callable
+        Makes the component that is on the board.
+    about : mapping
+        What the manifest tells of this board beyond what it tells of each.
+    """
+    name: str
+    device: Device
+    memory_clock_mhz: float
+    toolchain: str
+    project: Callable[[System, DisplayFormat, MatcherConfig], Project]
+    check: Callable[[Project], list[str]]
+    system: Callable[[MatcherConfig, DisplayFormat, MemoryTiming], System] = stereo_system
+    about: Mapping[str, Any] = field(default_factory=dict)
+
+
+def board_names() -> list[str]:
+    """Names of all boards, alphabetically: the folders of this package that have a module ``board``."""
+    names = (folder.name for folder in pkgutil.iter_modules(boards.__path__) if folder.ispkg)
+    return sorted(name for name in names if find_spec(f"boards.{name}.board"))
+
+
+def find_board(name: str) -> Board:
+    """The board of that name; :class:`ValueError` if there is none."""
+    names = board_names()
+    if name not in names:
+        raise ValueError(f"there is no board {name!r}; choose one of: {', '.join(names)}")
+    board = getattr(importlib.import_module(f"boards.{name}.board"), "BOARD", None)
+    if not isinstance(board, Board) or board.name != name:
+        raise ValueError(f"the module boards.{name}.board has {board!r} as BOARD; export a Board named {name!r} there")
+    return board

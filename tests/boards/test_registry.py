@@ -1,0 +1,109 @@
+import json
+import os
+import subprocess
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from boards.cyclone3.board import BOARD
+from boards.registry import Project, board_names, find_board
+from hdl.netlist import Netlist, Port
+
+
+ROOT = Path(__file__).parents[2]
+
+# A whole board: a matcher with pins, and a list of them as project.
+TOY = '''
+from types import SimpleNamespace
+
+from amaranth.back import rtlil
+
+from boards.registry import Board, Project
+from golden.video.bandwidth import Budget
+from hdl.emit import emit_rtlil
+from hdl.matcher.matcher import Matcher
+from hdl.resources.count import Resources
+from hdl.resources.devices import Device
+
+
+def system(config, display, timing):
+    assert timing.clock_hz == 40_000_000
+    return SimpleNamespace(matcher=Matcher(config), budget=Budget())
+
+
+def project(core, display, config):
+    verilog, netlist = emit_rtlil(rtlil.convert(core.matcher, name="toy", emit_src=False))
+    pins = "".join(f"{name} P{number}\\n" for number, name in enumerate(sorted(netlist["toy"].ports)))
+    return Project("toy", {"toy.v": verilog, "toy.pins": pins}, netlist)
+
+
+def check(project):
+    return [] if "clk P" in project.files["toy.pins"] else ["the clock has no pin"]
+
+
+BOARD = Board(name="toy", device=Device("T1", Resources()), memory_clock_mhz=40, toolchain="Toys", project=project, check=check,
+              system=system, about={"colour": "red"})
+'''
+
+
+def test_names():
+    assert board_names() == ["cyclone3"]
+
+
+def test_find():
+    assert find_board("cyclone3") is BOARD
+
+
+@pytest.mark.parametrize("name", ["de2", "", "registry", "cyclone3.board", "../cyclone3"])
+def test_no_such_board(name):
+    with pytest.raises(ValueError, match=rf"^there is no board '{name}'; choose one of: cyclone3$"):
+        find_board(name)
+
+
+@pytest.mark.parametrize("wrong", [None, replace(BOARD, name="other")])
+def test_module_without_its_board(wrong, monkeypatch):
+    monkeypatch.setattr("boards.cyclone3.board.BOARD", wrong)
+    with pytest.raises(ValueError, match=r"^the module boards.cyclone3.board has .* as BOARD; export a Board named 'cyclone3' there$"):
+        find_board("cyclone3")
+
+
+def test_ports_of_a_project():
+    ports = {"b": Port("inout", [2, 3]), "a": Port("input", [4])}
+    project = Project("top", {}, {"top": Netlist(ports, {}, {})})
+    assert list(project.ports.items()) == [("a", ("input", 1)), ("b", ("inout", 2))]
+
+
+@pytest.fixture
+def toy(tmp_path):
+    """Builds on the toy board, whose folder lies outside of the project; the finished process."""
+    folder = tmp_path / "elsewhere" / "boards" / "toy"
+    folder.mkdir(parents=True)
+    (folder / "__init__.py").touch()
+    (folder / "board.py").write_text(TOY)
+
+    def build(*arguments):
+        environment = {**os.environ, "PYTHONPATH": str(tmp_path / "elsewhere")}
+        return subprocess.run([sys.executable, "-m", "hdl.build", *arguments, "--output", tmp_path / "out"], cwd=ROOT, env=environment,
+                              capture_output=True, text=True)
+    return build
+
+
+def test_a_board_is_one_folder(toy, tmp_path):
+    """Nothing else is edited: the command finds it, builds it and checks it."""
+    run = toy("--board", "toy", "--disparities", "4")
+    assert (run.returncode, run.stderr) == (0, "")
+    assert sorted(path.name for path in (tmp_path / "out").iterdir()) == ["manifest.json", "toy.pins", "toy.v"]
+    told = json.loads((tmp_path / "out" / "manifest.json").read_text())
+    about = {"top": "toy", "board": "toy", "device": "T1", "colour": "red", "clock_mhz": 40, "files": ["toy.pins", "toy.v"]}
+    assert {name: told[name] for name in about} == about
+    assert told["ports"]["clk"] == {"direction": "input", "width": 1}
+    assert "The memory controller gives the matcher 40 MHz" in run.stdout
+    assert "What to do" not in run.stdout       # this board has no README
+
+
+def test_boards_elsewhere_are_listed(toy):
+    run = toy("--board", "de2")
+    assert (run.returncode, run.stdout) == (2, "")
+    assert run.stderr == "hdl.build: there is no board 'de2'; choose one of: cyclone3, toy\n"
