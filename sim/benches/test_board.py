@@ -22,7 +22,7 @@ def verilog(tmp_path_factory):
 
 def test_pins(verilog, tmp_path):
     """On Icarus: Verilator knows no pull-up that several drivers share."""
-    build("icarus", [verilog, ROOT / "sim" / "board.v", *STUBS], "board", tmp_path)
+    build("icarus", [verilog, ROOT / "sim" / "benches" / "board.v", *STUBS], "board", tmp_path)
     assert run("icarus", "board", tmp_path, "sim.benches.board_tb") == TESTS
 
 
