@@ -5,10 +5,12 @@ import pathlib
 
 import pytest
 
+from golden.lab.rivals import compare
 from golden.lab.thesis import command, specimen
 from golden.lab.thesis.resources import read_resources
 from golden.pages import digest, origin, read_origin
 from golden.pictures.checksums import PIXEL_SUMS, sums
+from golden.pictures.scenes import SCENES
 
 
 ROOT = pathlib.Path(__file__).parent.parent
@@ -16,6 +18,7 @@ DOCS = ROOT / "docs"
 
 # Every page, and the command that writes it.
 COMMANDS = {
+    "compare.md": "python -m golden compare --output docs/compare.png --page docs/compare.md",
     "registers.md": "python -m golden.host.register_page --output docs/registers.md",
     "resources.md": "python -m hdl.resources.tables --clock clock.json",
     "thesis.md": "python -m golden thesis",
@@ -27,6 +30,14 @@ COMMANDS = {
 def test_page_names_its_command(page):
     command, _ = read_origin((DOCS / page).read_text(encoding="utf-8"))
     assert command == COMMANDS[page]
+
+
+def test_page_of_the_comparison_is_of_these_inputs():
+    """The pictures that are compared, and what the methods give on small scenes, are as when the page was written."""
+    for package in ("cv2", "skimage"):
+        pytest.importorskip(package, reason=f"{package}, of the extras lab and demo, is not installed")
+    inputs = compare.inputs([compare.motorcycle_view(), *compare.views(SCENES)], compare.DEFAULT_METHODS, 1.0)
+    assert read_origin((DOCS / "compare.md").read_text(encoding="utf-8"))[1] == inputs, f"run {COMMANDS['compare.md']}"
 
 
 def test_thesis_pages_are_of_these_inputs():

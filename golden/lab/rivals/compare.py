@@ -1,7 +1,11 @@
-"""`python -m golden compare`: both methods of ours and a rival on scenes that are hard for them, with pictures."""
+"""`python -m golden compare`: our methods and a rival on scenes that are hard for them, with pictures and a page."""
 
 import argparse
-from collections.abc import Sequence
+import hashlib
+import os
+import shlex
+import sys
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -15,7 +19,9 @@ from rich.table import Table
 from ...cli import Parser, progress
 from ...config import MatcherConfig
 from ...errors import UserError, run_cli
-from ...files import check_output
+from ...files import atomic, check_output
+from ...pages import digest, origin
+from ...pages import table as markdown_table
 from ...pictures.dataset import motorcycle
 from ...pictures.images import read_pair
 from ...pictures.metrics import bad_pixels
@@ -27,15 +33,20 @@ from .options import check_names
 from .registry import METHODS
 
 
-__all__ = ["View", "main", "views"]
+__all__ = ["BY_HAND", "DEFAULT_METHODS", "View", "compare", "inputs", "main", "motorcycle_view", "views"]
 
 
 DEFAULT_METHODS = ("one-pass-linear", "one-pass-fused", "one-pass-fused-2", "opencv-sgbm")
 SCENE_SIZE = (320, 200, 32)  # width and height, pixels; number of disparities
+SMALL_SIZE = (48, 40, 8)     # of the scenes for the digest
 KNOWN = "known"
-FIGURES = {KNOWN: "all of known truth", "nonocc": "what the right picture shows too", "hard": "what the scene is about"}
+FIGURES = {KNOWN: "all of known truth", "nonocc": "not occluded", "hard": "the objects that the scene is made for"}
+
+#: Of a page, what follows this line is written by hand and kept when the page is written again.
+BY_HAND = "<!-- By hand from here on; the command keeps it. -->"
 
 Figures = dict[str, float]
+Rows = dict[str, dict[str, Figures]]  # by view and method
 
 
 @dataclass(frozen=True)
@@ -61,23 +72,93 @@ class View:
     disparities: int
 
 
-def views(names: Sequence[str]) -> list[View]:
-    """Scenes of :data:`golden.pictures.scenes.SCENES`, of 320x200 pixels and 32 disparities; the same at every call."""
+def views(names: Collection[str], size: tuple[int, int, int] | None = None) -> list[View]:
+    """Scenes of :data:`golden.pictures.scenes.SCENES` by name, of 320x200 pixels and 32 disparities or another size; always the same."""
+    size = size or SCENE_SIZE
     result = []
     for seed, (name, make) in enumerate(SCENES.items(), start=1):
         if name in names:
-            scene = make(*SCENE_SIZE, seed)
+            scene = make(*size, seed)
             masks = dict(zip(FIGURES, (np.ones_like(scene.visible), scene.visible, scene.hard), strict=True))
-            result.append(View(name, scene.left, scene.right, scene.truth, masks, SCENE_SIZE[2]))
+            result.append(View(name, scene.left, scene.right, scene.truth, masks, size[2]))
     return result
 
 
+def motorcycle_view() -> View:
+    """The Motorcycle pair at full size."""
+    pair = motorcycle(factor=1, max_width=1000, max_height=1000)
+    return View(pair.name, pair.left, pair.right, pair.truth, {KNOWN: pair.masks["known"]}, pair.disparities)
+
+
 def figures(view: View, found: NDArray[Any], threshold: float) -> Figures:
-    """Percentage of bad pixels for each mask; none without a truth."""
+    """Percentage of bad pixels for each mask; empty without a truth."""
     return {} if view.truth is None else {name: bad_pixels(found, view.truth, mask, threshold) for name, mask in view.masks.items()}
 
 
-def table(rows: dict[str, dict[str, Figures]], threshold: float) -> Table:
+def compare(compared: Sequence[View], methods: Sequence[str], threshold: float,
+            begin: Callable[[str], object] = lambda what: None,
+            advance: Callable[[], object] = lambda: None) -> tuple[Rows, list[Strip]]:
+    """Bad pixels of every view and method, and a row of pictures for every view.
+
+    ``begin`` is called before each view and method with their names, ``advance`` after it.
+    """
+    rows: Rows = {}
+    strips = []
+    for view in compared:
+        rows[view.name] = {}
+        unknown = np.full(view.left.shape, np.inf)
+        pictures: dict[str, NDArray[Any]] = {"truth": unknown if view.truth is None else view.truth}
+        for method in methods:
+            begin(f"{view.name}, {method}")
+            found = METHODS[method].function(view.left, view.right, view.disparities)
+            rows[view.name][method] = bad = figures(view, found, threshold)
+            pictures[f"{method}: {bad[KNOWN]:.1f} % bad" if bad else method] = found
+            advance()
+        strips.append(Strip(view.name, view.left, pictures, (0, view.disparities - 1)))
+    return rows, strips
+
+
+def inputs(compared: Sequence[View], methods: Sequence[str], threshold: float) -> str:
+    """Digest of a page's inputs: the pictures and truths that are compared, and what the methods give on small scenes."""
+    pictures = {view.name: [hashlib.sha256(np.asarray(array).tobytes()).hexdigest()
+                            for array in (view.left, view.right, view.truth, *view.masks.values())] for view in compared}
+    small, _ = compare(views(SCENES, SMALL_SIZE), methods, threshold)
+    return digest(pictures, small)
+
+
+def page(head: str, compared: Sequence[View], rows: Rows, threshold: float, picture: str, by_hand: str) -> str:
+    """The page, in Markdown.
+
+    Parameters
+    ----------
+    head : str
+        Names command and digest.
+    compared : sequence of View
+    rows : Rows
+        Of :func:`compare`.
+    threshold : float
+        Pixels.
+    picture : str
+        Link to the picture.
+    by_hand : str
+        Text below the marker :data:`BY_HAND`.
+    """
+    cells = []
+    for view in compared:
+        height, width = view.left.shape
+        for number, mask in enumerate(view.masks):
+            cells.append([f"{view.name} {width}x{height}x{view.disparities}" if number == 0 else "", FIGURES[mask],
+                          *(f"{of_method[mask]:.2f}" for of_method in rows[view.name].values())])
+    methods = list(next(iter(rows.values())))
+    return "\n".join([
+        "# Hard scenes", "", head, "",
+        "The Motorcycle pair (D. Scharstein et al., GCPR 2014) of scikit-image and the synthetic scenes of `golden.pictures.scenes`, with",
+        f"width, height and number of disparities. Bad pixels: off by more than {threshold:g} pixel, percent. No data are needed.", "",
+        f"![For each scene a row: left picture, truth, {', '.join(methods)}]({picture})", "",
+        *markdown_table(["scene", "pixels", *(f"`{method}`" for method in methods)], cells, words=2), "", BY_HAND]) + by_hand
+
+
+def table(rows: Rows, threshold: float) -> Table:
     """The figures for reading: a block of rows for every view, a column for every method."""
     result = Table(title=f"Bad pixels: off by more than {threshold:g} pixel, percent", box=SIMPLE_HEAD, padding=(0, 1, 0, 0),
                    caption="; ".join(f"{name}: {what}" for name, what in FIGURES.items()))
@@ -99,7 +180,7 @@ def parser() -> Parser:
     """The arguments of the command."""
     result = Parser(prog="golden compare", description=(
         "Bad pixels and disparities of several methods side by side: on the Motorcycle pair of scikit-image at full size, or on LEFT and "
-        "RIGHT in its place, and on synthetic scenes that are hard for them. Needs no data."))
+        "RIGHT instead, and on synthetic scenes that are hard for them. Needs no data."))
     result.add_argument("left", nargs="?", type=Path, metavar="LEFT", help="left picture, as of golden match")
     result.add_argument("right", nargs="?", type=Path, metavar="RIGHT", help="right picture, of the same size")
     result.add_argument("--disparities", type=int, metavar="N", help="number of disparities of LEFT and RIGHT")
@@ -109,10 +190,12 @@ def parser() -> Parser:
                         help=f"which of those of golden rivals (default: {' '.join(DEFAULT_METHODS)})")
     add_truth_options(result)
     result.add_argument("--output", type=Path, metavar="FILE", help=f"draw all pictures there; suffix {', '.join(SHEET_SUFFIXES)}")
+    result.add_argument("--page", type=Path, metavar="FILE", help=(
+        "write a page of figures and of the picture --output there, in Markdown; what was added to it by hand stays; suffix .md"))
     return result
 
 
-def _own(options: argparse.Namespace) -> View:
+def _pair(options: argparse.Namespace) -> View:
     """The view of LEFT and RIGHT."""
     try:
         config = MatcherConfig(disparities=options.disparities)
@@ -125,11 +208,10 @@ def _own(options: argparse.Namespace) -> View:
 
 
 def _first(options: argparse.Namespace) -> View:
-    """The view of LEFT and RIGHT, or else of the Motorcycle pair."""
+    """The view of LEFT and RIGHT, or of the Motorcycle pair."""
     if options.left:
-        return _own(options)
-    pair = motorcycle(factor=1, max_width=1000, max_height=1000)
-    return View(pair.name, pair.left, pair.right, pair.truth, {KNOWN: pair.masks["known"]}, pair.disparities)
+        return _pair(options)
+    return motorcycle_view()
 
 
 def _check(options: argparse.Namespace) -> None:
@@ -143,7 +225,21 @@ def _check(options: argparse.Namespace) -> None:
     for name in ("disparities", "truth"):
         if getattr(options, name) is not None and not options.left:
             raise UserError(f"--{name} {getattr(options, name)} is for LEFT and RIGHT, which are missing; give them or leave it out")
+    if options.page and options.left:
+        raise UserError(f"--page {options.page} is for the Motorcycle pair, not for {options.left}; leave one of them out")
+    if options.page and not options.output:
+        raise UserError(f"--page {options.page} shows the picture --output, which is missing; give --output FILE too")
     check_truth_options(options)
+
+
+def _write_page(options: argparse.Namespace, command: str, compared: Sequence[View], rows: Rows) -> None:
+    """Write the page that the options name; what was written by hand below the marker stays."""
+    before = options.page.read_text(encoding="utf-8") if options.page.exists() else ""
+    picture = Path(os.path.relpath(options.output.resolve(), options.page.resolve().parent)).as_posix()
+    head = origin(command, inputs(compared, options.methods, options.threshold))
+    text = page(head, compared, rows, options.threshold, picture, before.partition(BY_HAND)[2] or "\n")
+    with atomic(options.page) as file:
+        file.write(text.encode())
 
 
 def run(argv: Sequence[str] | None) -> None:
@@ -151,26 +247,19 @@ def run(argv: Sequence[str] | None) -> None:
     options = parser().parse_args(argv)
     _check(options)
     output = check_output(options.output, SHEET_SUFFIXES) if options.output else None
+    if options.page:
+        check_output(options.page, (".md",), "--page")
     check_installed(*sorted({need for name in options.methods if (need := METHODS[name].needs)}))
 
-    rows: dict[str, dict[str, Figures]] = {}
-    strips = []
     compared = [_first(options), *views(options.scenes)]
     with progress() as bar:
         task = bar.add_task("", total=len(compared) * len(options.methods))
-        for view in compared:
-            rows[view.name] = {}
-            unknown = np.full(view.left.shape, np.inf)
-            pictures: dict[str, NDArray[Any]] = {"truth": unknown if view.truth is None else view.truth}
-            for method in options.methods:
-                bar.update(task, description=f"{view.name}, {method}")
-                found = METHODS[method].function(view.left, view.right, view.disparities)
-                rows[view.name][method] = bad = figures(view, found, options.threshold)
-                pictures[f"{method}: {bad[KNOWN]:.1f} % bad" if bad else method] = found
-                bar.advance(task)
-            strips.append(Strip(view.name, view.left, pictures, (0, view.disparities - 1)))
+        rows, strips = compare(compared, options.methods, options.threshold, lambda what: bar.update(task, description=what),
+                               lambda: bar.advance(task))
     if output:
         write_comparison(output, strips)
+    if options.page:
+        _write_page(options, shlex.join(["python", "-m", "golden", "compare", *(sys.argv[1:] if argv is None else argv)]), compared, rows)
     Console().print(table(rows, options.threshold))
 
 

@@ -8,6 +8,7 @@ from golden.config import Arithmetic, MatcherConfig
 from golden.lab.rivals import compare
 from golden.lab.rivals.registry import METHODS
 from golden.matcher.matcher import disparities as match
+from golden.pages import read_origin
 from golden.pictures.dataset import StereoPair
 from golden.pictures.images import read_colours, write_picture
 from golden.pictures.metrics import bad_pixels
@@ -125,8 +126,52 @@ def test_what_the_sheet_shows(monkeypatch):
     assert titles[1] == f"one-pass-linear: {bad_pixels(expected[1], scene.truth, np.ones_like(scene.hard)):.1f} % bad"
 
 
+@pytest.fixture
+def small_motorcycle(monkeypatch):
+    left, right, truth, visible = layers(40, 30, 8, 1)
+    pair = StereoPair("motorcycle", left, right, truth.astype(float), {"known": visible}, 8)
+    monkeypatch.setattr(compare, "motorcycle", lambda **options: pair)
+    return pair
+
+
+def test_page(folder, capsys, small_motorcycle):
+    (folder / "docs").mkdir()
+    asked = ["compare", "--scenes", "thin", *FREE, "--output", "a.png", "--page", "docs/a.md"]
+    assert main(asked) == 0
+    text = (folder / "docs" / "a.md").read_text()
+    assert read_origin(text)[0] == f"python -m golden {' '.join(asked)}" and "(../a.png)" in text
+    compared = [compare.motorcycle_view(), *compare.views(["thin"])]
+    assert read_origin(text)[1] == compare.inputs(compared, FREE[1:], 1.0)
+    rows = [line.strip("| ").split(" | ") for line in text.splitlines() if line.startswith("| ")]
+    assert rows[0] == ["scene", "pixels", *(f"`{method}`" for method in FREE[1:])] and len(rows) == 2 + 1 + 3
+    printed = figures(capsys.readouterr().out)
+    assert rows[2][:2] == ["motorcycle 40x30x8", "all of known truth"] and rows[2][2:] == printed["motorcycle", "known"]
+    assert rows[3][0] == "thin 48x40x8" and rows[5][-2:] == printed["thin", "hard"]
+    # What is added by hand stays, all else is written again.
+    (folder / "docs" / "a.md").write_text(text.replace("thin", "thick") + "\nThin bars are lost.\n")
+    assert main(asked) == 0
+    assert (folder / "docs" / "a.md").read_text() == text + "\nThin bars are lost.\n"
+
+
+def test_digest_is_of_the_inputs(small_motorcycle, monkeypatch):
+    def found(names=("thin",), methods=FREE[1:], threshold=1.0):
+        return compare.inputs([compare.motorcycle_view(), *compare.views(names)], methods, threshold)
+
+    first = found()
+    others = [found(names=["slanted"]), found(methods=FREE[1:2]), found(threshold=2.0)]
+    with monkeypatch.context() as context:
+        context.setattr(METHODS["dynamic-programming"].function, "__defaults__", (50,))
+        others.append(found())
+    small_motorcycle.masks["known"][0, 0] ^= True
+    others.append(found())
+    assert len({first, *others}) == 1 + len(others)
+
+
 @pytest.mark.parametrize("arguments, message", [
     (["left.png"], "left.png has no right picture"),
+    (["--page", "a.md"], "--page a.md shows the picture --output, which is missing; give --output FILE too"),
+    ([*OWN, "--output", "a.png", "--page", "a.md"], "--page a.md is for the Motorcycle pair, not for left.png; leave one of them out"),
+    (["--output", "a.png", "--page", "a.html"], "a.html has the suffix .html, which is not one of .md; choose one of these for --page"),
     (["left.png", "right.png"], "--disparities is missing; give the number of disparities of the pictures, 2 to "),
     ([*OWN[:-1], "1"], "--disparities must be a whole number from 2 to "),
     (["left.png", "none.png", "--disparities", "8"], "none.png does not exist"),
@@ -142,7 +187,8 @@ def test_what_the_sheet_shows(monkeypatch):
     ([*OWN, "--output", "none/a.png"], "the folder none of a.png does not exist"),
 ])
 def test_bad_input(folder, capsys, arguments, message):
-    asked = [*arguments, *([] if "--methods" in arguments else FREE), *([] if "--output" in arguments else ["--output", "a.png"])]
+    asked = [*arguments, *([] if "--methods" in arguments else FREE)]
+    asked += [] if {"--output", "--page"} & {*arguments} else ["--output", "a.png"]
     assert main(["compare", *asked]) == 2
     printed = capsys.readouterr()
     assert printed.out == "" and printed.err.count("\n") == 1
