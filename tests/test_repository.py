@@ -37,6 +37,21 @@ def made(command):
     return {word for words in re.findall(r"\bmake((?: +[\w=.-]+)+)", command) for word in words.split() if re.fullmatch(r"[a-z]+", word)}
 
 
+def code(path):
+    """Commands of a document: what is in backticks, and the lines of its code blocks without comments."""
+    blocks = re.findall(r"^```[a-z]*$(.*?)^```$", text(path), re.MULTILINE | re.DOTALL)
+    spans = re.findall(r"`[^`\n]+`", re.sub(r"^```.*?^```$", "", text(path), flags=re.MULTILINE | re.DOTALL))
+    return "\n".join([*(re.sub(r"#.*", "", block) for block in blocks), *spans])
+
+
+def help_of(module, command, capsys):
+    """What `python -m MODULE [COMMAND] --help` prints."""
+    entry = importlib.import_module(f"{module}.__main__" if module in ("golden", "hdl.resources") else module)
+    with pytest.raises(SystemExit):
+        entry.main([*[command] * (module == "golden"), "--help"])
+    return capsys.readouterr().out
+
+
 def steps(workflow):
     return [step for job in workflow["jobs"].values() for step in job["steps"]]
 
@@ -110,8 +125,7 @@ def test_tables_are_whole(path):
 
 @pytest.mark.parametrize("path", CURRENT, ids=name)
 def test_targets_exist(path):
-    code = " ".join(re.findall(r"`[^`]+`", text(path)))
-    assert made(code) <= phony_targets()
+    assert made(code(path)) <= phony_targets()
 
 
 @pytest.mark.parametrize("path", CURRENT, ids=name)
@@ -120,20 +134,23 @@ def test_modules_exist(path):
     assert {module for module in modules if importlib.util.find_spec(module) is None} == set()
 
 
-def commands():
-    """Command lines of the documents that start with `python -m`, without comments: module, words."""
-    lines = {line.strip() for path in CURRENT for line in re.findall(r"python -m ((?:golden|hdl|boards|sim)[^\n`#]*)", text(path))}
-    for line in sorted(lines):
+def commands(path):
+    """Command lines of a document that start with `python -m`: module, first word, options."""
+    for line in re.findall(r"python -m ((?:golden|hdl|boards|sim)[^\n`]*)", code(path)):
         module, *words = re.sub(r"[\[\]();,|]", " ", line).split()
-        if any(word.startswith("--") for word in words):
-            yield pytest.param(module, words, id=line)
+        yield module, words[0] if words else "", tuple(sorted({word for word in words if re.match("--[a-z]", word)}))
 
 
-@pytest.mark.parametrize("module, words", list(commands()))
-def test_options_exist(module, words, capsys):
-    arguments = [words[0]] if module == "golden" else []
-    options = {word.partition("=")[0].rstrip(".:") for word in words if re.match("--[a-z]", word)}
-    with pytest.raises(SystemExit):  # help ends so
-        importlib.import_module(f"{module}.__main__" if module in ("golden", "hdl.resources") else module).main([*arguments, "--help"])
-    known = set(re.findall(r"--[\w-]+", capsys.readouterr().out))
-    assert options <= known
+@pytest.mark.parametrize("module, command, options", sorted({each for path in CURRENT for each in commands(path) if each[2]}))
+def test_options_exist(module, command, options, capsys):
+    assert set(options) <= set(re.findall(r"--[\w-]+", help_of(module, command, capsys)))
+
+
+@pytest.mark.parametrize("option, start", [("--cost", "`--cost fused` chooses"), ("--engine", "Of these,")])
+def test_readme_tells_which_commands_take_a_method(option, start, capsys):
+    readme = " ".join(text(ROOT / "README.md").split())
+    sentence, = re.findall(rf"{start} (.*?)\.(?: |$)", readme.replace("(where it is the default)", ""))
+    told = re.findall(r"`((?:golden |hdl\.|sim\.)[a-z]+)`", sentence)
+    taking = {f"{module} {command}" if module == "golden" else module for module, command, _ in commands(ROOT / "README.md")
+              if f"[{option} " in help_of(module, command, capsys)}
+    assert set(told) == taking and len(told) == len(taking)
