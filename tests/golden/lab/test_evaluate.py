@@ -1,6 +1,7 @@
 """golden.lab.evaluate: the published rows, and the command."""
 
 import json
+import pathlib
 
 import pytest
 
@@ -50,6 +51,14 @@ def test_fused(params, refinement, threshold, expected):
     figures = evaluate(map(middlebury, PAIRS), lambda disparities: MatcherConfig(
         disparities=disparities, arithmetic="linear", cost="fused", fused=params, refinement=refinement), threshold)
     assert numbers(figures) == expected.split()
+
+
+def test_page_of_the_parameter_sets():
+    """docs/tuning.md, which is written by hand, has the averages above."""
+    page = (pathlib.Path(__file__).parents[3] / "docs" / "tuning.md").read_text(encoding="utf-8")
+    averages = {params: expected.split()[-1] for params, refinement, threshold, expected in FUSED if (refinement, threshold) == (ALL, 1)}
+    row = " | ".join(averages[params] for params in (FUSED_1, FUSED_2, FUSED_3))
+    assert f"| the four Middlebury pairs, average of twelve (searched on) | {row} |" in page
 
 
 @pytest.fixture

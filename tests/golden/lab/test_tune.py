@@ -1,13 +1,15 @@
 """golden.lab.tune: the search is reproducible, never worse than its start, and the command's file is read by the others."""
 
 import dataclasses
+import pathlib
 
 import numpy as np
 import pytest
 
 from golden.__main__ import main
-from golden.config import FUSED_1, FusedParameters
+from golden.config import FUSED_1, FUSED_2, FUSED_3, FusedParameters
 from golden.lab import tune
+from golden.lab.evaluate import average
 from golden.lab.workers import workers
 from golden.matcher.parameters import read_parameters, write_parameters
 from golden.pictures.dataset import StereoPair
@@ -44,6 +46,26 @@ def test_space_is_allowed_and_holds_the_default():
     for name, values in tune.SPACE.items():
         assert getattr(FUSED_1, name) in values
         assert values[0] in FusedParameters.LIMITS[name] and values[-1] in FusedParameters.LIMITS[name]
+
+
+def rows_of(page):
+    """Cells of the table's rows by their first cell."""
+    text = (pathlib.Path(__file__).parents[3] / "docs" / page).read_text(encoding="utf-8")
+    rows = [[cell.strip() for cell in line.strip("| ").split("|")] for line in text.splitlines() if line.startswith("|")]
+    return {head: cells for head, *cells in rows}
+
+
+def test_page_of_the_parameter_sets():
+    """docs/tuning.md, which is written by hand, has the figures of the pairs that the search does not see."""
+    pytest.importorskip("skimage", reason="scikit-image, which carries the Motorcycle pair, is not installed")
+    rows = rows_of("tuning.md")
+    for place, row in (("motorcycle", "Motorcycle, reduced as the search reads it (not seen)"),
+                       ("scenes", "three synthetic scenes with occlusions (not seen)")):
+        pairs = tune._pairs([place], "")
+        measured = [average({pair.name: tune.objective(pair, params) for pair in pairs}) for params in (FUSED_1, FUSED_2, FUSED_3)]
+        assert rows[row] == [f"{value:.2f}" for value in measured]
+    full_size = rows["Motorcycle at full size, `python -m golden compare` (not seen)"]
+    assert full_size[:2] == rows_of("compare.md")["motorcycle 741x500x61"][2:4]
 
 
 def test_search(lab):
