@@ -25,7 +25,7 @@ Result = dict[str, NDArray[Any]]
 
 
 def source_files(path: str | os.PathLike[str]) -> set[Path]:
-    """A source file, all that it imports from its own package by relative imports, all that those import, and so on."""
+    """A source file and, transitively, all modules that it imports by relative imports."""
     found: set[Path] = set()
     waiting = [Path(path).resolve()]
     while waiting:

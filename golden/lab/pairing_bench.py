@@ -1,4 +1,4 @@
-"""`python -m golden.lab.pairing_bench`: pairs of two cameras that drift, for hours, and how long a pair may take to read."""
+"""`python -m golden.lab.pairing_bench`: pairs of two cameras that drift, over hours, and how long reading a pair may take."""
 
 import sys
 from collections.abc import Sequence
@@ -16,17 +16,17 @@ from ..video.pairing import WINDOW, Pairing, buffers_needed
 __all__ = ["main"]
 
 
-# In frame periods: to either side of where double buffers, and any number, stop being enough.
+# In frame periods: on either side of the limits of double buffers, and of any number of buffers.
 _READS = (0.250, 0.375, 0.410, 0.420, 0.500, 0.600, 0.750, 0.950)
 
 
 def parser() -> Parser:
     """The arguments of the command."""
     result = Parser(prog="golden.lab.pairing_bench", description=(
-        "Two PAL cameras that start apart and drift: the frame store's rule from event to event, every promise of it checked. For each "
-        "drift: frames of the slower camera, pairs, pictures shown; the greatest time between the beginnings of a pair's frames, the "
-        "greatest age of a frame as its pair starts, the longest time from pair to pair; frames skipped and unpaired. Then the reading "
-        "times that two and three buffers stand, over all phases of the cameras."))
+        "Two PAL cameras that start at different times and drift: the frame store's rule from event to event, with all its guarantees "
+        "checked. For each drift: frames of the slower camera, pairs, pictures shown; the greatest time between the starts of a pair's "
+        "frames, the greatest age of a frame as its pair starts, the longest time from pair to pair; frames skipped and unpaired. Then "
+        "the reading times that two and three buffers allow, over all phases of the cameras."))
     result.add_argument("--hours", type=float, default=3.0, metavar="H", help="simulated time (default: %(default)s)")
     result.add_argument("--ppm", type=float, nargs="+", default=[0.0, 1.0, 10.0, -50.0, 100.0], metavar="PPM",
                         help="how much longer the right camera's period is, in millionths (default: 0 1 10 -50 100)")
@@ -34,7 +34,7 @@ def parser() -> Parser:
                         help="how much later the right camera starts, in periods (default: %(default)s)")
     result.add_argument("--read-ms", type=float, default=5.6, metavar="MS",
                         help="milliseconds that a pair is read for: the matcher's frame time (default: %(default)s)")
-    result.add_argument("--buffers", type=int, metavar="N", help="buffers for each picture (default: as many as the reading time asks for)")
+    result.add_argument("--buffers", type=int, metavar="N", help="buffers for each picture (default: as many as the reading time needs)")
     result.add_argument("--display", choices=DISPLAYS, default="720x576", metavar="|".join(DISPLAYS),
                         help="the monitor's format (default: %(default)s)")
     result.add_argument("--clock-mhz", type=float, default=75.0, metavar="MHZ", help="clock of the control (default: %(default)s)")
@@ -42,7 +42,7 @@ def parser() -> Parser:
 
 
 def checked(trace: Trace) -> Trace:
-    """The trace, if the rule's promises were kept in it."""
+    """The trace, if it keeps the rule's guarantees."""
     if found := violations(trace):
         raise AssertionError("; ".join(found))
     return trace

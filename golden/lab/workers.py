@@ -22,7 +22,7 @@ Run = Callable[[Sequence[Job], Done], None]
 def add_worker_options(parser: argparse.ArgumentParser) -> None:
     """Add ``--workers`` and ``--scheduler``, for :func:`workers`."""
     parser.add_argument("--workers", type=int, default=os.cpu_count() or 1, metavar="N", help="processes (default: %(default)s)")
-    parser.add_argument("--scheduler", metavar="ADDRESS", help="compute on the Dask cluster there, tcp://HOST:PORT, not in processes here")
+    parser.add_argument("--scheduler", metavar="ADDRESS", help="compute on the Dask cluster at tcp://HOST:PORT, not in processes here")
 
 
 def check_installed(*names: str) -> None:
@@ -33,7 +33,7 @@ def check_installed(*names: str) -> None:
 
 
 def _local(jobs: Sequence[Job], done: Done) -> None:
-    """Compute within what :func:`workers` has set up."""
+    """Compute in the processes that :func:`workers` has started."""
     import dask  # here, because it takes longer to load than all the rest
     from dask.callbacks import Callback
 
@@ -57,14 +57,14 @@ def _remote(client: Any, jobs: Sequence[Job], done: Done) -> None:
 
 @contextlib.contextmanager
 def workers(count: int, scheduler: str | None = None) -> Iterator[Run]:
-    """Within the block, a function that computes jobs and hands each result on as soon as it is there, in any order.
+    """Within the block, a function that computes jobs and passes on each result as soon as it is ready, in any order.
 
     Parameters
     ----------
     count : int
-        Processes of this machine, which are started once; 1 computes in this one.
+        Processes of this machine, started once; 1 computes in the calling process.
     scheduler : str or None
-        A cluster's address, in place of them. Its workers must have this package and its extra ``lab``.
+        Address of a cluster that computes instead. Its workers need this package and its extra ``lab``.
     """
     check_installed("dask")
     import dask

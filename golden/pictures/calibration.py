@@ -17,20 +17,20 @@ _LINE = re.compile(r"\s*(\w+)\s*=\s*(.*?)\s*")
 
 @dataclass(frozen=True)
 class Calibration:
-    """What depth needs to know of a rectified pair of cameras.
+    """Parameters of a rectified pair of cameras from which depth is computed.
 
     Parameters
     ----------
     focal : float
         Focal length of both, pixels.
     baseline : float
-        Distance between them, in any unit of length: depth has the same.
+        Distance between them, in any unit of length, which is the unit of depth.
     offset : float
-        Pixels that are added to a disparity before depth is computed: how far the principal points are apart (Middlebury's ``doffs``).
+        Pixels that are added to a disparity before depth is computed: distance of the principal points (Middlebury's ``doffs``).
     centre : (float, float) or None
         Principal point of the left picture, x and y in pixels; ``None``: the middle of the picture.
     size : (int, int) or None
-        Width and height of the pictures that it is for, pixels; ``None``: any.
+        Width and height of the pictures it applies to, pixels; ``None``: any.
     """
     focal: float
     baseline: float
@@ -48,10 +48,10 @@ class Calibration:
 
 
 def read_calibration(path: str | os.PathLike[str]) -> Calibration:
-    """The calibration in a file laid out as the ``calib.txt`` of Middlebury 2014: a line ``name=value`` for each.
+    """The calibration in a file in the format of Middlebury 2014's ``calib.txt``, lines ``name=value``.
 
-    Read are ``cam0`` (the left camera's matrix, rows divided by ``;``), ``baseline``, and, where they are there, ``doffs``, ``width``
-    and ``height``. :class:`UserError` unless the file is such a one.
+    Read are ``cam0`` (the left camera's matrix, rows separated by ``;``), ``baseline``, and, if present, ``doffs``, ``width`` and
+    ``height``. :class:`UserError` if the file has another format.
     """
     path = Path(path)
     try:

@@ -1,4 +1,4 @@
-"""`python -m golden data`: whether a folder holds the pictures that the figures of this repository are measured on."""
+"""`python -m golden data`: checks that a folder holds the pictures on which the figures of this repository are measured."""
 
 import argparse
 import hashlib
@@ -27,13 +27,13 @@ SAME, ENCODED, OTHER, MISSING = "good", "same pixels", "differs", "missing"
 
 
 def sums(path: Path) -> dict[str, str]:
-    """SHA-256 of files by their names, from a list as `sha256sum` writes and checks it."""
+    """SHA-256 of files by their names, from a list in the format of `sha256sum`."""
     lines = path.read_text(encoding="ascii").splitlines()
     return {name: digest for digest, name in (line.split("  ", 1) for line in lines)}
 
 
 def pixel_digest(path: Path) -> str:
-    """SHA-256 of what a picture shows, whatever its encoding: its shape as text, then all bytes; colours that are all grey are one."""
+    """SHA-256 of a picture's pixels, independent of its encoding: shape as text, then all bytes; equal colour channels are one."""
     levels = read_colours(path)
     if levels.ndim == 3 and (levels == levels[..., :1]).all():
         levels = levels[..., 0]
@@ -41,7 +41,7 @@ def pixel_digest(path: Path) -> str:
 
 
 def state(folder: Path, name: str, digest: str, of_pixels: str) -> str:
-    """How a file stands to what is expected: one of the four words."""
+    """Whether a file is the expected one: one of the four words."""
     path = folder / name
     if not path.is_file():
         return MISSING
@@ -56,8 +56,8 @@ def state(folder: Path, name: str, digest: str, of_pixels: str) -> str:
 def parser() -> argparse.ArgumentParser:
     """The arguments of the command."""
     result = Parser(prog="golden data", description=(
-        "Compares the pictures of the four Middlebury pairs with the checksums of those that the figures here are measured on. "
-        "docs/data.md says where to get them and how to lay them out."))
+        "Compares the pictures of the four Middlebury pairs with the checksums of those on which the figures here are measured. "
+        "docs/data.md says where to get them, and their layout."))
     add_data_option(result, "--check")
     return result
 

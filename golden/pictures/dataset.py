@@ -1,4 +1,4 @@
-"""Stereo pairs with ground truth: the four of the Middlebury benchmark, and one that scikit-image carries."""
+"""Stereo pairs with ground truth: the four of the Middlebury benchmark, and the one that ships with scikit-image."""
 
 import argparse
 import json
@@ -25,7 +25,7 @@ MASKS = ("nonocc", "all", "disc")
 
 @dataclass(frozen=True)
 class StereoPair:
-    """A rectified pair and what is known of it.
+    """A rectified pair with its ground truth.
 
     Parameters
     ----------
@@ -56,7 +56,7 @@ def add_data_option(parser: argparse.ArgumentParser, option: str = "--data") -> 
 def data_folder(data: str | os.PathLike[str] | None = None) -> Path:
     """The folder of the Middlebury pairs: ``data``, else ``$STEREO_DATA``, else ``../shared/data/middlebury`` from the repository's root.
 
-    :class:`UserError` if it is not there.
+    :class:`UserError` if it does not exist.
     """
     default = Path(__file__).resolve().parents[3] / "shared" / "data" / "middlebury"
     folder = Path(data or os.environ.get("STEREO_DATA") or default)
@@ -89,8 +89,9 @@ def load_pairs(data: str | os.PathLike[str] | None = None, names: Iterable[str] 
 def pairs_in(path: str | os.PathLike[str]) -> list[StereoPair]:
     """All pairs of a folder, in the order of their names: those of its folders that hold ``left.png``, or the folder itself if it does.
 
-    A pair is as :func:`load_pair` has it, whatever its name: ``meta.json`` tells ``scale`` and, if it holds ``disp_range``, the least and
-    the greatest disparity; else what covers the truth is searched. Masks may be missing; without any, all pixels of known truth count.
+    The layout is that of :func:`load_pair`, under any name: ``meta.json`` gives ``scale`` and, optionally, ``disp_range``, the least and
+    the greatest disparity; without it, the disparities that cover the truth are searched. Masks are optional; without any, all pixels of
+    known truth count.
     """
     path = Path(path)
     if not path.is_dir():
@@ -128,7 +129,7 @@ def _load(files: Path, names: Iterable[str], scale: float, disparities: int | No
 
 
 def _blocks(picture: NDArray[Any], factor: int) -> NDArray[Any]:
-    """The pixels of every ``factor x factor`` block on the last axis; a remainder at the right and at the bottom is dropped."""
+    """The pixels of every ``factor x factor`` block on the last axis; a remainder at the right and at the bottom is cut off."""
     height, width = (size // factor for size in picture.shape)
     blocks = picture[:height * factor, :width * factor].reshape(height, factor, width, factor)
     return blocks.swapaxes(1, 2).reshape(height, width, factor * factor)
@@ -144,7 +145,7 @@ def _reduce_levels(picture: NDArray[np.uint8], factor: int) -> NDArray[np.uint8]
 def _reduce_truth(truth: NDArray[np.floating], factor: int) -> NDArray[np.float64]:
     """Lower median of the known disparities of every block, in reduced pixels; ``inf`` where fewer than half are known.
 
-    A median, not a mean: between a near and a far object it is one of the two, where the mean would be a disparity that is nowhere.
+    A median, not a mean: at the boundary of a near and a far object it is one of their disparities, where the mean would be neither.
     """
     blocks = np.sort(_blocks(truth, factor).astype(np.float64), axis=-1)  # inf is sorted to the end
     known = np.isfinite(blocks).sum(axis=-1)
@@ -153,14 +154,14 @@ def _reduce_truth(truth: NDArray[np.floating], factor: int) -> NDArray[np.float6
 
 
 def motorcycle(factor: int = 4, max_width: int = 180, max_height: int = 120) -> StereoPair:
-    """The Motorcycle pair (Middlebury 2014) that ships in scikit-image's wheel, reduced so that a simulation of it is short.
+    """The Motorcycle pair (Middlebury 2014) that ships with scikit-image, reduced so that its simulation is short.
 
     Parameters
     ----------
     factor : int
         The pair of 741x500 pixels is divided by this: grey levels by the mean of every block, disparities by the median.
     max_width, max_height : int
-        Pixels; what is larger is cropped around the centre, at the same columns in both pictures, so disparities stay.
+        Pixels; larger pictures are cropped around the centre, at the same columns in both, so disparities do not change.
 
     Returns
     -------

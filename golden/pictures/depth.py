@@ -1,4 +1,4 @@
-"""Depth from disparity, equation (1-1), and the point cloud that it makes."""
+"""Depth from disparity, equation (1-1), and its point cloud."""
 
 import os
 from pathlib import Path
@@ -46,7 +46,7 @@ def depth(disparity: NDArray[Any], calibration: Calibration) -> NDArray[np.float
 
 
 def points(z: NDArray[np.float64], left: NDArray[np.uint8], calibration: Calibration) -> tuple[NDArray[np.float64], NDArray[np.uint8]]:
-    """Points of the pixels of finite depth, as the left camera has them: x to the right, y downward, z forward.
+    """Points of the pixels of finite depth, in the left camera's coordinates: x to the right, y downward, z forward.
 
     Parameters
     ----------

@@ -22,10 +22,10 @@ __all__ = ["LABEL_SUFFIXES", "PICTURE_SUFFIXES", "colour_map", "grey", "read_col
            "write_labels", "write_picture"]
 
 
-LABEL_SUFFIXES = (".npy", ".png", ".pgm", ".pfm", ".txt")  # JPEG is not there: it changes the labels
+LABEL_SUFFIXES = (".npy", ".png", ".pgm", ".pfm", ".txt")  # not JPEG, which changes the labels
 PICTURE_SUFFIXES = (*LABEL_SUFFIXES, ".ppm", ".jpg", ".jpeg")
 
-# What Pillow's and NumPy's decoders raise on damaged files.
+# Exceptions of Pillow's and NumPy's decoders on damaged files.
 DAMAGED = OSError, ValueError, SyntaxError, TypeError, EOFError, IndexError, OverflowError, struct.error, zlib.error, TokenError
 
 Levels = NDArray[np.uint8]
@@ -56,7 +56,7 @@ def grey(rgb: NDArray[Any]) -> Levels:
 
 
 def _open(path: StrPath) -> NDArray[Any]:
-    """The numbers in a picture file as they are: (H, W), or (H, W, 3) for colours; uint8, uint16 or, from PFM and NPY, any."""
+    """The numbers in a picture file, unscaled: (H, W), or (H, W, 3) for colours; uint8, uint16 or, from PFM and NPY, any type."""
     path = Path(path)
     if path.is_dir():
         raise UserError(f"{path} is a folder; give the name of a picture in it")
@@ -91,7 +91,7 @@ def _levels(picture: Image.Image, path: Path) -> NDArray[Any]:
     if picture.mode in ("LA", "PA", "RGBA") or "transparency" in picture.info:
         picture = picture.convert("RGBA")
         if picture.getchannel("A").getextrema() != (255, 255):
-            raise UserError(f"{path} has transparent pixels, which have no grey level of their own; flatten it first")
+            raise UserError(f"{path} has transparent pixels, whose grey level is not defined; flatten it first")
     match picture.mode:
         case "1":
             return np.asarray(picture.convert("L"))
@@ -107,28 +107,28 @@ def _levels(picture: Image.Image, path: Path) -> NDArray[Any]:
 def read_picture(path: StrPath) -> Levels:
     """Grey levels of a picture file.
 
-    PNG, PGM/PPM, JPEG and PFM are told by their content, NPY and text pictures by the suffix ``.npy``, ``.txt``. Colours become grey
-    by :func:`grey`. 16-bit grey levels are scaled (65535 becomes 255, rounded half up). An alpha channel must be opaque. Floating-point
-    files (PFM, NPY) have no agreed white, so nothing is scaled: their values must be whole numbers from 0 to 255.
+    PNG, PGM/PPM, JPEG and PFM are recognised by their content, NPY and text pictures by the suffix ``.npy``, ``.txt``. Colours are
+    converted by :func:`grey`. 16-bit grey levels are scaled (65535 becomes 255, rounded half up). An alpha channel must be opaque.
+    Floating-point files (PFM, NPY) have no defined white level, so nothing is scaled: their values must be whole numbers from 0 to 255.
 
     Returns
     -------
     (H, W) uint8 ndarray
-        ``0..255``. :class:`UserError` if there is no such picture.
+        ``0..255``. :class:`UserError` if the file is missing or not such a picture.
     """
     levels = read_colours(path)
     return grey(levels) if levels.ndim == 3 else levels
 
 
 def read_colours(path: StrPath) -> Levels:
-    """:func:`read_picture`, but colours stay: (H, W) or (H, W, 3) uint8, as the file has it."""
+    """:func:`read_picture` without conversion of colours: (H, W) or (H, W, 3) uint8, as in the file."""
     levels = _open(path)
     if levels.ndim not in (2, 3) or (levels.ndim == 3 and levels.shape[2] != 3) or levels.size == 0:
         raise UserError(f"{path} holds an array of shape {levels.shape}; a picture is (height, width) or (height, width, 3)")
     if levels.dtype == np.uint16 and Path(path).suffix.lower() != ".npy":
         levels = (levels.astype(np.int32) + 128) // 257
     if levels.dtype != np.uint8:
-        # Written so that a NaN fails.
+        # The comparisons are such that a NaN fails.
         if levels.dtype.kind not in "iuf" or not np.all((levels >= 0) & (levels <= PIXEL_MAX) & (levels == np.floor(levels))):
             raise UserError(f"{path} holds {levels.dtype} values, not all of which are whole numbers from 0 to 255; "
                             "scale it to 8-bit grey levels")
@@ -137,7 +137,7 @@ def read_colours(path: StrPath) -> Levels:
 
 
 def read_pair(left: StrPath, right: StrPath) -> tuple[Levels, Levels]:
-    """Grey levels of a rectified pair: (H, W) uint8 each, of the same size and no wider than a matcher can be."""
+    """Grey levels of a rectified pair: (H, W) uint8 each, of the same size and at most the greatest width of a matcher."""
     pair = read_picture(left), read_picture(right)
     sizes = [f"{picture.shape[1]}x{picture.shape[0]}" for picture in pair]
     if sizes[0] != sizes[1]:
@@ -154,7 +154,7 @@ def write_picture(path: StrPath, picture: NDArray[Any]) -> None:
     Parameters
     ----------
     path : path
-        ``.npy`` keeps the array as it is; ``.pfm`` takes (H, W) numbers and stores float32; ``.txt`` and ``.pgm`` take (H, W) uint8;
+        ``.npy`` stores the array unchanged; ``.pfm`` takes (H, W) numbers and stores float32; ``.txt`` and ``.pgm`` take (H, W) uint8;
         ``.ppm`` takes (H, W, 3) uint8; ``.png`` and ``.jpg`` take both.
     picture : (H, W) or (H, W, 3) ndarray
     """
@@ -180,7 +180,7 @@ def write_picture(path: StrPath, picture: NDArray[Any]) -> None:
 
 
 def write_labels(path: StrPath, labels: NDArray[Any]) -> None:
-    """Write disparities as the numbers they are; the suffix decides the format (:data:`LABEL_SUFFIXES`).
+    """Write disparities unscaled; the suffix decides the format (:data:`LABEL_SUFFIXES`).
 
     Parameters
     ----------
@@ -203,7 +203,7 @@ def read_disparity(path: StrPath, scale: float = 1.0) -> NDArray[np.float64]:
     Parameters
     ----------
     path : path
-        ``.png`` (8 or 16 bits, grey; 0 is unknown), ``.pfm`` or ``.npy`` (0 is a disparity; what is not finite is unknown).
+        ``.png`` (8 or 16 bits, grey; 0 is unknown), ``.pfm`` or ``.npy`` (0 is a disparity; values that are not finite are unknown).
     scale : float
         File units a pixel of disparity.
 
@@ -225,14 +225,14 @@ def read_disparity(path: StrPath, scale: float = 1.0) -> NDArray[np.float64]:
 
 
 def colour_map(labels: NDArray[Any], disparities: int) -> Levels:
-    """Disparities as colours for looking at: matplotlib's perceptually uniform *viridis*, nearer is brighter.
+    """Disparities as colours: matplotlib's perceptually uniform *viridis*, nearer is brighter.
 
     Parameters
     ----------
     labels : (H, W) integer ndarray
         Pixels, ``0 .. disparities - 1``.
     disparities : int
-        Number of labels, at least 2: the same label has the same colour in every picture.
+        Number of labels, at least 2; a label's colour depends on this number only.
 
     Returns
     -------

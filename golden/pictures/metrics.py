@@ -1,4 +1,4 @@
-"""How far a disparity picture is from the truth."""
+"""Errors of a disparity picture against the ground truth."""
 
 from typing import Any
 
@@ -17,7 +17,7 @@ def bad_pixels(disparity: NDArray[Any], truth: NDArray[Any], mask: NDArray[np.bo
     disparity : (H, W) ndarray
         Pixels.
     truth : (H, W) ndarray
-        Pixels; not finite where unknown: such a pixel does not count, whatever the mask says.
+        Pixels; not finite where unknown: such a pixel does not count, even if the mask includes it.
     mask : (H, W) bool ndarray
         Pixels that count.
     threshold : float

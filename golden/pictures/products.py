@@ -1,4 +1,4 @@
-"""What `golden match` writes beside the disparities: colours, a sheet, depth."""
+"""Further outputs of `golden match`: colours, a sheet, depth."""
 
 import argparse
 from pathlib import Path
@@ -18,7 +18,7 @@ from .truth import Truth
 __all__ = ["SUFFIXES", "add_product_options", "read_camera", "write_products"]
 
 
-# Of every option, the suffixes that its file may have.
+# The suffixes that each option accepts.
 SUFFIXES = {"colour": (".png", ".ppm", ".jpg", ".jpeg"), "sheet": SHEET_SUFFIXES, "depth": DEPTH_SUFFIXES}
 
 
@@ -40,14 +40,14 @@ def _words(option: str) -> str:
 
 
 def read_camera(options: argparse.Namespace, shape: tuple[int, ...] | None = None) -> Calibration | None:
-    """The calibration that the options give, ``None`` without ``--depth``; :class:`UserError` if it is not whole.
+    """The calibration that the options give, ``None`` without ``--depth``; :class:`UserError` if it is not complete.
 
     Parameters
     ----------
     options : argparse.Namespace
         Of :func:`add_product_options`.
     shape : (int, int) or None
-        Height and width of the pictures, which must be those of the calibration; ``None``: not known yet.
+        Height and width of the pictures, which must match the calibration; ``None``: not known yet.
     """
     numbers = {name: value for name in ("focal", "baseline") if (value := getattr(options, name)) is not None}
     if options.depth is None:
@@ -57,7 +57,7 @@ def read_camera(options: argparse.Namespace, shape: tuple[int, ...] | None = Non
         return None
     if options.calib is not None:
         if numbers:
-            raise UserError(f"--{min(numbers)} is given beside --calib {options.calib}, which holds it; give one of the two")
+            raise UserError(f"--{min(numbers)} is given with --calib {options.calib}, which contains it; give one of the two")
         calibration = read_calibration(options.calib)
         if shape is not None and calibration.size not in (None, shape[::-1]):
             raise UserError(f"{options.calib} is for {calibration.size[0]}x{calibration.size[1]} pixels, "  # type: ignore[index]

@@ -1,4 +1,4 @@
-"""Pictures for looking at a result: errors in colours, and all of it side by side."""
+"""Sheets that show results: disparities, truth and errors in colours, side by side."""
 
 import io
 import os
@@ -35,7 +35,7 @@ def _unit(colour: tuple[int, int, int]) -> tuple[float, float, float]:
 
 
 def error_map(disparity: NDArray[Any], truth: NDArray[Any], mask: NDArray[np.bool_], threshold: float = 1.0) -> Colours:
-    """Where a disparity picture is bad: red; good is light, what the mask leaves out is grey, unknown truth is dark.
+    """Errors as colours: bad pixels red, good ones light, pixels outside the mask grey, unknown truth dark.
 
     Parameters
     ----------
@@ -80,7 +80,7 @@ def save_figure(path: str | os.PathLike[str], figure: Any, colours: int | None =
 
 def write_sheet(path: str | os.PathLike[str], left: NDArray[np.uint8], disparity: NDArray[Any], limits: tuple[int, int],
                 truth: tuple[NDArray[np.float64], NDArray[np.bool_]] | None = None, threshold: float = 1.0) -> None:
-    """Write the left picture and its disparities side by side, and with a truth that and where the disparities are bad below them.
+    """Write the left picture and its disparities side by side; below them, if given, the truth and the errors.
 
     Parameters
     ----------
@@ -208,7 +208,7 @@ def write_comparison(path: str | os.PathLike[str], strips: Sequence[Strip]) -> N
     path : path
         The suffix decides the format (:data:`SHEET_SUFFIXES`).
     strips : sequence of Strip
-        With disparities of the same number.
+        All with the same number of disparity pictures.
     """
     from matplotlib import colormaps  # here, because it takes longer to load than all the rest
     from matplotlib.figure import Figure
@@ -232,7 +232,7 @@ def write_comparison(path: str | os.PathLike[str], strips: Sequence[Strip]) -> N
 
 
 def small(png: bytes, colours: int = COLOURS) -> bytes:
-    """A PNG of few colours: a fraction of the bytes, and little that the eye misses."""
+    """A PNG reduced to few colours: a fraction of the bytes, with little visible loss."""
     with Image.open(io.BytesIO(png)) as picture:
         few = picture.convert("RGB").quantize(colours, method=Image.Quantize.MEDIANCUT, dither=Image.Dither.NONE)
     buffer = io.BytesIO()

@@ -1,4 +1,4 @@
-"""Slanted textured surfaces before a pair of cameras: the pair, its exact disparities and what one camera hides from the other."""
+"""Slanted textured surfaces in front of a pair of cameras: the pictures, exact disparities, and occlusions."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -12,7 +12,7 @@ from ..config import PIXEL_MAX
 __all__ = ["Box", "Surface", "photometric", "render", "texture"]
 
 
-Real = Any  # a float64 ndarray, or a number that is one for all
+Floats = Any  # a float64 ndarray, or a number that is broadcast
 
 
 @dataclass(frozen=True)
@@ -23,7 +23,7 @@ class Box:
     x1: float
     y1: float
 
-    def holds(self, x: Real, y: Real) -> NDArray[np.bool_]:
+    def holds(self, x: Floats, y: Floats) -> NDArray[np.bool_]:
         return (x >= self.x0) & (x < self.x1) & (y >= self.y0) & (y < self.y1)
 
 
@@ -34,14 +34,14 @@ class Surface:
     Parameters
     ----------
     levels : (H, W) float64 ndarray
-        Grey levels at every pixel of the left picture; between two pixels linear, beyond the picture the last one. That of an object
-        may depend on the place alone, so it is as large as the picture.
+        Grey levels at every pixel of the left picture; linear between pixels, edge replication outside. As large as the picture also
+        for a surface in a box.
     base, along, down : float
-        Pixels, and pixels a pixel; ``along < 1``, else the right camera would see the surface from behind.
+        Pixels, and pixels a pixel; ``along < 1``, otherwise the right camera would see the surface from behind.
     box : Box or None
         ``None``: everywhere.
     """
-    levels: Real
+    levels: Floats
     base: float
     along: float = 0.0
     down: float = 0.0
@@ -51,28 +51,28 @@ class Surface:
         if not self.along < 1:
             raise ValueError(f"along must be below 1, not {self.along:g}: the right camera sees no surface from behind")
 
-    def disparity(self, x: Real, y: Real) -> Real:
-        """Disparity at a place of the left picture, pixels; ``-inf``, behind all others, where the surface is not."""
+    def disparity(self, x: Floats, y: Floats) -> Floats:
+        """Disparity at a place of the left picture, pixels; ``-inf``, behind all others, outside the box."""
         plane = self.base + self.along * x + self.down * y
         return plane if self.box is None else np.where(self.box.holds(x, y), plane, -np.inf)
 
-    def seen_from_right(self, x: Real, y: Real) -> Real:
-        """Where in the left picture the point lies that the right picture has at ``x, y``: ``x_left - d(x_left) = x``."""
+    def seen_from_right(self, x: Floats, y: Floats) -> Floats:
+        """Column in the left picture of the point that is at ``x, y`` in the right one: ``x_left - d(x_left) = x``."""
         return (x + self.base + self.down * y) / (1 - self.along)
 
-    def level(self, x: Real) -> Real:
-        """Grey levels at the places ``x[y]`` of every line."""
+    def level(self, x: Floats) -> Floats:
+        """Grey levels at the columns ``x[y]`` of every line."""
         column = np.arange(self.levels.shape[1])
         return np.stack([np.interp(places, column, line) for places, line in zip(x, self.levels, strict=True)])
 
 
-def render(surfaces: list[Surface]) -> tuple[Real, Real, Real, NDArray[np.bool_]]:
-    """Both pictures of some surfaces, the nearest before the others; the first must be everywhere.
+def render(surfaces: list[Surface]) -> tuple[Floats, Floats, Floats, NDArray[np.bool_]]:
+    """Both pictures of some surfaces; nearer ones occlude others, and the first must cover the picture.
 
     Parameters
     ----------
     surfaces : list of Surface
-        With ``levels`` of the same size, that of the pictures.
+        With ``levels`` of the size of the pictures.
 
     Returns
     -------
@@ -81,7 +81,7 @@ def render(surfaces: list[Surface]) -> tuple[Real, Real, Real, NDArray[np.bool_]
     truth : (H, W) float64 ndarray
         Disparities of the left picture, pixels.
     visible : (H, W) bool ndarray
-        Whether the right picture shows the pixel too: within it, and behind nothing nearer.
+        Whether the pixel is in the right picture too: inside it, and not occluded.
 
     Examples
     --------
@@ -93,7 +93,7 @@ def render(surfaces: list[Surface]) -> tuple[Real, Real, Real, NDArray[np.bool_]
     ([0.0, 0.0, 0.0, 2.0, 2.0, 0.0], [True, False, False, True, True, True])
     """
     if not surfaces or surfaces[0].box is not None:
-        raise ValueError("the first surface must be everywhere, else a pixel may see none")
+        raise ValueError("the first surface must be everywhere, so that every pixel shows one")
     y, x = np.indices(surfaces[0].levels.shape).astype(np.float64)
     near = np.stack([surface.disparity(x, y) for surface in surfaces])
     truth = near.max(axis=0)
@@ -104,15 +104,15 @@ def render(surfaces: list[Surface]) -> tuple[Real, Real, Real, NDArray[np.bool_]
     right = np.stack([surface.level(places) for surface, places in zip(surfaces, at, strict=True)])
     right = np.take_along_axis(right, shown.argmax(axis=0)[None], axis=0)[0]
 
-    seen = x - truth  # where the right picture has the point
+    seen = x - truth  # column of the point in the right picture
     before = np.stack([surface.disparity(surface.seen_from_right(seen, y), y) for surface in surfaces]).max(axis=0)
-    # The point's own surface gives its own disparity again, but for rounding.
+    # The surface of the point itself gives the same disparity, up to rounding.
     visible = (seen >= 0) & (before <= truth + 1e-6)
     return left, right, truth, visible
 
 
-def texture(rng: np.random.Generator, width: int, height: int, amplitude: float = 40.0, grain: int = 3) -> Real:
-    """Grey levels with detail from ``grain`` pixels to 32, about 128: values at random in a grid, linear between them.
+def texture(rng: np.random.Generator, width: int, height: int, amplitude: float = 40.0, grain: int = 3) -> Floats:
+    """Grey levels with detail from ``grain`` pixels to 32, around 128: random values on a grid, linear between them.
 
     Parameters
     ----------
@@ -133,8 +133,8 @@ def texture(rng: np.random.Generator, width: int, height: int, amplitude: float 
     return np.clip(128 + amplitude * result / max(result.std(), 1e-9), 0, PIXEL_MAX)
 
 
-def photometric(picture: Real, rng: np.random.Generator, gain: float = 1.0, offset: float = 0.0, noise: float = 0.0) -> NDArray[np.uint8]:
-    """What a camera makes of grey levels: ``gain * picture + offset``, Gaussian noise added, rounded, clipped to ``0..255``.
+def photometric(picture: Floats, rng: np.random.Generator, gain: float = 1.0, offset: float = 0.0, noise: float = 0.0) -> NDArray[np.uint8]:
+    """Grey levels as a camera gives them: ``gain * picture + offset``, Gaussian noise added, rounded, clipped to ``0..255``.
 
     Parameters
     ----------

@@ -1,7 +1,7 @@
-"""Text pictures: what simulators read with ``$readmemh`` and write with ``$fwrite``.
+"""Text pictures, which simulators read with ``$readmemh`` and write with ``$fwrite``.
 
-A comment line ``// WIDTH HEIGHT``, then one line for each picture row: its bytes as two hexadecimal digits, or wider words as more of
-them, a space between them. A file holds one picture or several, one after another.
+A comment line ``// WIDTH HEIGHT``, then a line for each picture row: bytes as two hexadecimal digits, wider words as more digits,
+separated by spaces. A file holds one picture or several.
 """
 
 import os

@@ -1,4 +1,4 @@
-"""Ground truth that a user gives for a pair of their own."""
+"""Ground truth given on the command line for any pair."""
 
 import argparse
 import math
@@ -35,14 +35,14 @@ def add_truth_options(parser: argparse.ArgumentParser) -> None:
     """Add ``--truth --truth-scale --mask --threshold``, for :func:`read_truth`."""
     group = parser.add_argument_group("ground truth")
     group.add_argument("--truth", type=Path, metavar="FILE", help=(
-        "true disparities of LEFT, to compare with: .png (0 is unknown), .pfm or .npy (what is not finite is unknown)"))
+        "true disparities of LEFT, to compare with: .png (0 is unknown), .pfm or .npy (values that are not finite are unknown)"))
     group.add_argument("--truth-scale", type=float, default=1.0, metavar="S", help="units of --truth a pixel (default: %(default)g)")
     group.add_argument("--mask", type=Path, metavar="FILE", help="picture whose pixels of level 255 count (default: all of known truth)")
     add_threshold_option(group)
 
 
 def check_truth_options(options: argparse.Namespace) -> None:
-    """:class:`UserError` unless the options make sense, as far as it can be said before anything is read."""
+    """:class:`UserError` unless the options make sense, as far as can be checked before files are read."""
     if not (math.isfinite(options.truth_scale) and options.truth_scale > 0):
         raise UserError(f"--truth-scale must be a number above 0, not {options.truth_scale:g}; give the units of --truth a pixel")
     check_threshold(options)
@@ -62,7 +62,7 @@ def read_truth(options: argparse.Namespace, shape: tuple[int, ...], config: Matc
     shape : (int, int)
         Height and width of the pictures.
     config : MatcherConfig
-        Which disparities are searched: a truth most of which is out of reach has another scale.
+        Gives the disparities that are searched: a truth that is mostly outside them has another scale.
 
     Returns
     -------
@@ -81,7 +81,7 @@ def read_truth(options: argparse.Namespace, shape: tuple[int, ...], config: Matc
         raise UserError(f"{path} holds no known disparity; give a ground truth with at least one")
     if truth[known].min() < 0:
         raise UserError(f"{path} holds the disparity {truth[known].min():g}, which is below 0; "
-                        "left(x) must match right(x - d), else swap the pictures or the sign")
+                        "left(x) must match right(x - d); swap the pictures or the sign")
     greatest, middle = config.minimum + config.disparities - 1, float(np.median(truth[known]))
     if middle > greatest + options.threshold:
         raise UserError(f"{path} holds a median disparity of {middle:g} pixels, more than the {greatest} that are searched; "

@@ -30,7 +30,7 @@ SOURCE = "the thesis, Table 1, as printed; on other machines, of its time"
 
 
 def document(results: dict[str, dict[str, Result]]) -> dict[str, Any]:
-    """The results for a file: measured figures and printed ones apart."""
+    """The results for a file: measured figures, and printed ones in another part."""
     rows = {}
     for name, of_method in results.items():
         row: dict[str, Any] = {"about": METHODS[name].about, "average": average({pair: one["figures"] for pair, one in of_method.items()}),
@@ -46,7 +46,7 @@ def document(results: dict[str, dict[str, Result]]) -> dict[str, Any]:
 
 
 def table(results: dict[str, dict[str, Result]]) -> Table:
-    """The results for reading, 80 characters wide: a block of lines for each method; printed figures have columns of their own."""
+    """The results for reading, 80 characters wide: a block of lines for each method; printed figures have separate columns."""
     result = Table(title="Bad pixels: off by more than 1 pixel, percent; seconds of one thread", box=SIMPLE_HEAD, padding=(0, 1, 0, 0),
                    caption=f"Printed: {SOURCE}.")
     result.add_column("method, pair", no_wrap=True)
@@ -79,8 +79,8 @@ def parser() -> Parser:
     result = Parser(
         prog="golden rivals", formatter_class=argparse.RawDescriptionHelpFormatter, description=textwrap.fill(
             "Bad pixels and time of rival methods and of ours on the four pairs of the Middlebury benchmark, all from the same grey "
-            "levels, and beside them what the thesis's Table 1 prints. A worker computes one method on one pair at a time, and measures "
-            "its own processor time.", 100),
+            "levels, next to the figures that the thesis's Table 1 prints. A worker computes one method on one pair at a time, and "
+            "measures the processor time of its thread.", 100),
         epilog="\n".join(["methods:", *(f"  {name:22}{method.about}" for name, method in METHODS.items())]))
     add_pair_options(result)
     result.add_argument("--methods", nargs="+", choices=METHODS, default=list(METHODS), metavar="NAME", help="which (default: all)")
@@ -108,7 +108,7 @@ def run(argv: Sequence[str] | None) -> None:
 
         compute([(measure, *each) for each in tasks], done)
     results: dict[str, dict[str, Result]] = {name: {} for name in options.methods}
-    for number, (name, pair) in enumerate(tasks):  # whatever the order in which they were done
+    for number, (name, pair) in enumerate(tasks):  # in order, though they were done in any
         results[name][pair.name] = found[number]
 
     if output:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from ...config import Arithmetic, Cost, MatcherConfig
 from ...matcher.cost import local_disparity, matching_cost
 from ...matcher.labelling import labelling, slopes
-from .differences import absolute_differences, beyond
+from .differences import absolute_differences, outside_candidates
 
 
 __all__ = ["CYCLES", "GridEnergy", "alpha_beta_swap", "alpha_expansion", "expand", "improved", "potts_energy", "potts_expansion",
@@ -71,7 +71,7 @@ def potts_energy(left: NDArray[Any], right: NDArray[Any], labels: int) -> GridEn
     16 holds between pixels that differ by at most 8 grey levels. Where ``d > x`` the data term is the truncation.
     """
     data = np.minimum(absolute_differences(left, right, labels), TRUNCATION)
-    data[:, beyond(data.shape[1], labels)] = TRUNCATION
+    data[:, outside_candidates(data.shape[1], labels)] = TRUNCATION
     left = np.asarray(left, dtype=np.int32)
 
     def weight(axis: int) -> NDArray[Any]:

@@ -8,11 +8,11 @@ from numpy.typing import NDArray
 from ...matcher.cost import sub_pixel_buffers
 
 
-__all__ = ["absolute_differences", "beyond"]
+__all__ = ["absolute_differences", "outside_candidates"]
 
 
-def beyond(width: int, labels: int) -> NDArray[np.bool_]:
-    """Which candidates have their right pixel outside the picture: (W, D), true where ``d > x``."""
+def outside_candidates(width: int, labels: int) -> NDArray[np.bool_]:
+    """Candidates whose right pixel is outside the picture: (W, D), true where ``d > x``."""
     return np.arange(labels) > np.arange(width)[:, None]
 
 
@@ -29,7 +29,7 @@ def absolute_differences(left: NDArray[Any], right: NDArray[Any], labels: int) -
     Returns
     -------
     (H, W, D) int32 ndarray
-        Where ``d > x`` the first pixel of the right line takes the place of the missing one; :func:`beyond` tells where.
+        Where ``d > x``, see :func:`outside_candidates`, edge replication: the first pixel of the right line.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""What people use today: OpenCV's block matching and semi-global matching."""
+"""OpenCV's block matching and semi-global matching, the usual baselines."""
 
 import contextlib
 from collections.abc import Iterator
@@ -16,7 +16,7 @@ __all__ = ["SCALE", "block_matching", "semi_global_matching"]
 SCALE = 16  # units of OpenCV's disparities a pixel
 STEP = 16   # OpenCV's number of disparities is a multiple of this
 
-# What both share. The speckle filter and the check of both views are those of OpenCV's example `stereo_match`.
+# Parameters of both. The speckle filter and the left-right check are those of OpenCV's example `stereo_match`.
 CHECK = 1             # largest difference of left and right view, pixels
 SPECKLE = (100, 32)   # least area, pixels, and most variation within
 UNIQUENESS = 10       # percent by which the best cost must beat the second
@@ -29,7 +29,7 @@ SEMI_GLOBAL_BLOCK = 3
 
 @contextlib.contextmanager
 def _one_thread() -> Iterator[None]:
-    """Within the block OpenCV computes in the thread that calls it, so that its time can be compared."""
+    """Within the block OpenCV computes in the calling thread, so that its time can be compared."""
     import cv2  # here, because only the rivals need it
 
     before = cv2.getNumThreads()
@@ -41,19 +41,19 @@ def _one_thread() -> Iterator[None]:
 
 
 def _filled(matcher: Any, left: NDArray[np.uint8], right: NDArray[np.uint8], count: int) -> NDArray[np.float64]:
-    """Disparities of a matcher, pixels; those that it marks as invalid are filled as ours are."""
-    # OpenCV leaves out the first `count` columns, and StereoBM the lines whose blocks leave the picture. Repeated edges stand in for
-    # them: measured on the four pairs, that spares StereoBM 2.1 points of bad pixels and StereoSGBM 1.8, because our fill would have far
-    # too much to carry.
+    """Disparities of a matcher, pixels; invalid ones are filled as ours are."""
+    # OpenCV leaves out the first `count` columns, and StereoBM the lines whose blocks leave the picture. Edge replication provides
+    # them: measured on the four pairs, that reduces bad pixels by 2.1 points for StereoBM and by 1.8 for StereoSGBM, because our fill
+    # would extend too far.
     rows = BLOCK // 2
     pair = (np.pad(side, ((rows, rows), (count, 0)), mode="edge") for side in (left, right))
     with _one_thread():
         found = matcher.compute(*pair)[rows:-rows, count:].astype(np.int32)
-    return np.maximum(fill(found, found >= 0), 0) / SCALE  # a line without a valid pixel is far away
+    return np.maximum(fill(found, found >= 0), 0) / SCALE  # a line without a valid pixel gets disparity 0
 
 
 def _count(labels: int) -> int:
-    """The least number of disparities that OpenCV takes and that covers ``labels``."""
+    """The least number of disparities that OpenCV accepts and that covers ``labels``."""
     return -(-labels // STEP) * STEP
 
 
@@ -61,14 +61,14 @@ def block_matching(left: NDArray[np.uint8], right: NDArray[np.uint8], labels: in
     """Disparities of ``StereoBM``, pixels, with four fraction bits.
 
     Blocks of 5x5 pixels, Sobel prefilter capped at 31, texture threshold 10, uniqueness 10 %, left-right difference at most 1, speckles
-    below 100 pixels taken out. Invalid pixels are filled by :func:`golden.matcher.refine.fill`.
+    below 100 pixels removed. Invalid pixels are filled by :func:`golden.matcher.refine.fill`.
 
     Parameters
     ----------
     left, right : (H, W) uint8 ndarray
         Grey levels.
     labels : int
-        Number of disparities; rounded up to a multiple of 16, which OpenCV asks for.
+        Number of disparities; rounded up to a multiple of 16, as OpenCV requires.
 
     Returns
     -------
@@ -89,8 +89,8 @@ def block_matching(left: NDArray[np.uint8], right: NDArray[np.uint8], labels: in
 def semi_global_matching(left: NDArray[np.uint8], right: NDArray[np.uint8], labels: int) -> NDArray[np.float64]:
     """Disparities of ``StereoSGBM`` over all eight paths (``MODE_HH``), pixels, with four fraction bits.
 
-    Blocks of 3x3 pixels, ``P1 = 8 * 3**2`` and ``P2 = 32 * 3**2`` as OpenCV's manual has it for one channel; the rest, the parameters
-    and the result are as of :func:`block_matching`, without a texture threshold.
+    Blocks of 3x3 pixels, ``P1 = 8 * 3**2`` and ``P2 = 32 * 3**2`` as OpenCV's manual recommends for one channel; otherwise, and in
+    parameters and result, as :func:`block_matching`, without a texture threshold.
     """
     import cv2
 

@@ -1,4 +1,4 @@
-"""What the commands of the rivals share: which pairs, and names that are given once."""
+"""Options that the commands of the rivals share: the choice of pairs, and lists of names."""
 
 import argparse
 

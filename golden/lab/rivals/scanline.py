@@ -6,28 +6,28 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...matcher.refine import fill
-from .differences import absolute_differences, beyond
+from .differences import absolute_differences, outside_candidates
 
 
 __all__ = ["OCCLUSION", "disparities", "paths"]
 
 
-# Grey levels for a pixel that only one picture shows; of 5, 10, 14, 20 and 30 the one with the fewest bad pixels on the four pairs.
+# Grey levels for an occluded pixel; of 5, 10, 14, 20 and 30 the one with the fewest bad pixels on the four pairs.
 OCCLUSION = 14
 
 
 def paths(cost: NDArray[Any], occlusion: int) -> tuple[NDArray[np.int64], NDArray[np.bool_]]:
-    """Cheapest path of every line through matches and occlusions.
+    """Cheapest path of every scanline through matches and occlusions.
 
-    A path goes through the columns from left to right; in each, it first pays a move:
+    A path visits the columns from left to right; each starts with a move:
 
     - to a match: the pixel costs ``cost(x, d)`` and the disparity stays;
     - over an occluded pixel of the left picture: it costs ``occlusion`` and the disparity grows by one;
     - over an occluded pixel of the right picture: that costs ``occlusion``, the disparity falls by one and the column stays.
 
-    A candidate whose right pixel lies outside the picture is occluded without a change of the disparity. A path starts and ends at any
-    disparity. Pixels keep their order, so a thin near object is lost. On a tie a match goes before an occlusion, and the smaller
-    disparity is kept.
+    A candidate whose right pixel is outside the picture is occluded without a change of the disparity. A path starts and ends at any
+    disparity. The ordering constraint holds, so a thin near object is lost. On a tie a match is preferred to an occlusion, and the
+    smaller disparity is kept.
 
     Parameters
     ----------
@@ -42,8 +42,8 @@ def paths(cost: NDArray[Any], occlusion: int) -> tuple[NDArray[np.int64], NDArra
     """
     height, width, labels = cost.shape
     label = np.arange(labels)
-    outside = beyond(width, labels)
-    # For every pixel and disparity that a path may leave the column with: the one it entered with, and whether it matched there.
+    outside = outside_candidates(width, labels)
+    # For every pixel and disparity at which a path may leave the column: the one at which it entered, and whether it matched there.
     entered = np.empty(cost.shape, dtype=np.int16)
     matches = np.empty(cost.shape, dtype=bool)
     total: NDArray[Any] = np.zeros((height, labels), dtype=np.int64)

@@ -17,14 +17,14 @@ WINDOW = 21
 
 
 def _padded(array: NDArray[Any], size: int, axis: int) -> NDArray[Any]:
-    """The array with its edges repeated, so that every pixel has a whole window along the axis."""
+    """The array with edge replication along an axis, so that every pixel has a whole window there."""
     margin = [(0, 0)] * array.ndim
     margin[axis] = (size // 2, size // 2)
     return np.pad(array, margin, mode="edge")
 
 
 def window_sum(array: NDArray[Any], size: int, axis: int) -> NDArray[Any]:
-    """Sum over a window of ``size`` (odd) around every element along an axis; edges are repeated.
+    """Sum over a window of ``size`` (odd) around every element along an axis, with edge replication.
 
     Examples
     --------
@@ -38,7 +38,7 @@ def window_sum(array: NDArray[Any], size: int, axis: int) -> NDArray[Any]:
 
 
 def window_minimum(array: NDArray[Any], size: int, axis: int) -> NDArray[Any]:
-    """Least of a window of ``size`` (odd) around every element along an axis; edges are repeated.
+    """Least of a window of ``size`` (odd) around every element along an axis, with edge replication.
 
     Examples
     --------
@@ -55,10 +55,10 @@ def window_minimum(array: NDArray[Any], size: int, axis: int) -> NDArray[Any]:
 
 
 def disparities(left: NDArray[Any], right: NDArray[Any], labels: int, window: int = WINDOW) -> NDArray[np.int64]:
-    """Disparities of the least sum of squared differences, over all square windows that hold the pixel.
+    """Disparities of the least sum of squared differences, over all square windows that contain the pixel.
 
-    The sum over a window around every pixel, then the least of these sums over as large a window: the window may be shifted until it
-    does not cross the object's edge. Ties go to the smaller disparity.
+    The sum over a window around every pixel, then the least of these sums over a window of the same size: the window may be shifted
+    until it does not cross the object's edge. On a tie the smaller disparity.
 
     Parameters
     ----------

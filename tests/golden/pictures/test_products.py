@@ -125,7 +125,7 @@ def test_depth(folder, arguments, calibration):
     (["--depth", "z.npy", "--focal", "-5", "--baseline", "1"], "--focal must be a number above 0, not -5"),
     (["--depth", "z.npy", "--calib", "short.txt"], "short.txt has no baseline"),
     (["--depth", "z.npy", "--calib", "other.txt"], "other.txt is for 600x24 pixels, but the pictures have 60x24"),
-    (["--depth", "z.npy", "--calib", "calib.txt", "--focal", "2"], "--focal is given beside --calib calib.txt"),
+    (["--depth", "z.npy", "--calib", "calib.txt", "--focal", "2"], "--focal is given with --calib calib.txt"),
     (["--depth", "z.png", "--calib", "calib.txt"], "z.png has the suffix .png"),
     (["--calib", "calib.txt"], "--calib calib.txt is for --depth, which is missing"),
     (["--baseline", "1"], "--baseline 1.0 is for --depth, which is missing"),

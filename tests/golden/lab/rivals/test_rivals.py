@@ -10,7 +10,7 @@ import pytest
 from golden.config import Arithmetic, Cost, MatcherConfig
 from golden.lab.published import TABLE_1
 from golden.lab.rivals import cuts, opencv, scanline, ssd
-from golden.lab.rivals.differences import absolute_differences, beyond
+from golden.lab.rivals.differences import absolute_differences, outside_candidates
 from golden.lab.rivals.registry import METHODS
 from golden.matcher.matcher import disparities as match
 from golden.matcher.refine import fill_plain
@@ -32,7 +32,7 @@ def test_differences(rng):
     result = absolute_differences(left, right, 4)
     for y, x, d in np.ndindex(3, 7, 4):
         assert result[y, x, d] == abs(int(left[y, x]) - int(right[y, max(x - d, 0)]))
-        assert beyond(7, 4)[x, d] == (d > x)
+        assert outside_candidates(7, 4)[x, d] == (d > x)
 
 
 @pytest.mark.parametrize("size", [1, 3, 5, 11])
