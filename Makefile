@@ -12,7 +12,7 @@ WITH_BIN := PATH="$(BIN):$$PATH"
 .DELETE_ON_ERROR:
 
 help:
-	@echo "make demo    set up, then a real stereo pair through the simulated Verilog; the sheet is build/demo/sheet.png"
+	@echo "make demo    set up, then send the Motorcycle stereo pair through the simulated Verilog; the sheet is build/demo/sheet.png"
 	@echo "make test    set up, then run all tests: style, types, golden model, gateware, benches"
 	@echo "make style   set up, then check the style only; make types: the types only"
 	@echo "make setup   only set up: Debian packages that are missing, Python packages in $(VENV)"

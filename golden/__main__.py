@@ -22,11 +22,11 @@ COMMANDS = {
     "evaluate": (evaluate.main, "bad pixels on the Middlebury benchmark"),
     "data": (checksums.main, "whether a folder holds the Middlebury pairs"),
     "sparsification": (sparsification.main, "whether confidence ranks errors"),
-    "rivals": (rivals.main, "bad pixels and time of other methods beside ours"),
+    "rivals": (rivals.main, "bad pixels and time of other methods and of ours"),
     "gaps": (gaps.main, "how far the rule is from the minimum cut of each line"),
     "compare": (compare.main, "our methods and OpenCV's side by side on hard scenes, with pictures"),
-    "thesis": (thesis.main, "tables and figures of the thesis, and ours beside them"),
-    "tune": (tune.main, "search for better parameters of the fused cost"),
+    "thesis": (thesis.main, "every table and figure of the thesis, with ours for comparison"),
+    "tune": (tune.main, "a search for better parameters of the fused cost"),
 }
 
 

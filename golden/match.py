@@ -30,7 +30,7 @@ LIMITS = f"{MatcherConfig.DISPARITIES[0]} to {MatcherConfig.DISPARITIES[-1]}"
 BYTE_MAX = 255
 WIDE_SUFFIXES = (".npy", ".pfm")  # what holds more than bytes
 
-# What the second method tells beside the disparity.
+# What the second method gives in addition to the disparity.
 MAPS = {
     "passed": "where the left-right check passed, 0 or 1",
     "confidence": f"confidence of every disparity, 0 .. {CONFIDENCE_MAX}",
@@ -94,7 +94,7 @@ def _check_outputs(options: argparse.Namespace, config: MatcherConfig) -> None:
 def run(argv: Sequence[str] | None) -> None:
     """The command; :class:`UserError` on bad input."""
     options = parser().parse_args(argv)
-    # What costs nothing to check comes before what takes time.
+    # Cheap checks first.
     if options.left and not options.right:
         raise UserError(f"{options.left} has no right picture; give LEFT and RIGHT, or neither for the Motorcycle pair")
     if options.left and options.disparities is None:

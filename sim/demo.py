@@ -1,6 +1,5 @@
-"""The demonstration: ``python -m sim.demo`` judges the thesis's method and ours on a real stereo pair, ours from the simulated Verilog."""
+"""The demonstration: ``python -m sim.demo`` compares the thesis's method and ours, simulated as Verilog, on a photographed pair."""
 
-import json
 import sys
 import time
 from collections.abc import Sequence
@@ -14,7 +13,7 @@ from rich.table import Table
 from golden.cli import Parser
 from golden.config import FUSED_2, Arithmetic, Cost, Engine, MatcherConfig
 from golden.errors import UserError, run_cli
-from golden.files import atomic
+from golden.files import write_json
 from golden.matcher.matcher import disparities
 from golden.pictures.dataset import StereoPair, motorcycle
 from golden.pictures.images import colour_map, write_picture
@@ -53,8 +52,8 @@ def configurations(pair: StereoPair) -> tuple[MatcherConfig, MatcherConfig]:
 
 def _parser() -> Parser:
     parser = Parser(prog="sim.demo", description=(
-        "Send the Motorcycle pair through the simulated Verilog of the better method, and draw its disparities beside the ground truth and "
-        "those of the thesis's method. Exit status 1 if a pixel differs from the golden model."))
+        "Send the Motorcycle pair through the simulated Verilog of the better method, and draw a sheet of its disparities, "
+        "those of the thesis's method, the ground truth and all errors. Exit status 1 if a pixel differs from the golden model."))
     parser.add_argument("--reduce", type=int, default=2, metavar="N", help=(
         f"divide the pair of 741x500 pixels by N, {REDUCTIONS[0]} to {REDUCTIONS[-1]} (default: %(default)s)"))
     parser.add_argument("--simulator", choices=SIMULATORS, default=SIMULATORS[0], help="default: %(default)s")
@@ -69,8 +68,7 @@ def _write(folder: Path, pair: StereoPair, results: dict[str, NDArray[np.integer
     write_judged(folder / "sheet.png", f"Motorcycle pair, {width}x{height} pixels, {labels} disparities", pair.left,
                  {TITLES[name]: picture for name, picture in results.items()}, (pair.truth, pair.masks["known"]), (0, labels - 1))
     write_picture(folder / "disparity.png", colour_map(results["fused"], labels))
-    with atomic(folder / "report.json") as file:
-        file.write((json.dumps(report, indent=2) + "\n").encode())
+    write_json(folder / "report.json", report)
 
 
 def _print(report: dict, result: Result, folder: Path) -> None:

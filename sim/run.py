@@ -83,7 +83,7 @@ def _pictures(options) -> tuple[NDArray[np.uint8], NDArray[np.uint8], int, Stere
 def work_folder(folder: Path) -> Iterator[Path]:
     """Where to build and simulate: a folder in ``folder``, so that the next run of the same size need not compile.
 
-    ``make`` cannot work below a folder with a space or a sign of its own in its name: then it is one that is removed afterwards.
+    ``make`` fails below a folder whose name has a space or a character that it interprets: then it is a temporary one.
     """
     if re.fullmatch(r"[\w./+,@-]+", str(folder.resolve())):
         yield folder / "simulation"

@@ -4,6 +4,7 @@ import importlib
 import importlib.util
 import pathlib
 import re
+import tomllib
 
 import pytest
 import yaml
@@ -154,3 +155,19 @@ def test_readme_tells_which_commands_take_a_method(option, start, capsys):
     taking = {f"{module} {command}" if module == "golden" else module for module, command, _ in commands(ROOT / "README.md")
               if f"[{option} " in help_of(module, command, capsys)}
     assert set(told) == taking and len(told) == len(taking)
+
+
+def test_changelog_begins_with_this_version():
+    """Below what is unreleased; newest first, each with its date."""
+    version = tomllib.loads(text(ROOT / "pyproject.toml"))["project"]["version"]
+    sections = re.findall(r"^## (.*)$", text(ROOT / "CHANGELOG.md"), re.MULTILINE)
+    released = [re.fullmatch(r"(\d+\.\d+\.\d+) - (\d{4}-\d\d-\d\d)", each) for each in sections if each != "Unreleased"]
+    assert all(released) and released[0][1] == version and sections.index(f"{version} - {released[0][2]}") <= 1
+    assert sorted((each[2] for each in released), reverse=True) == [each[2] for each in released]
+
+
+@pytest.mark.parametrize("path", CURRENT, ids=name)
+def test_paths_exist(path):
+    """What looks like a file or a folder of the repository is one."""
+    spans = re.findall(r"`((?:golden|hdl|boards|sim|tests|docs)/[\w./-]*)`", text(path))
+    assert [each for each in spans if not (ROOT / each).exists()] == []
