@@ -1,13 +1,14 @@
 """Options that the command lines of the gateware share: the size of the picture and the matcher."""
 
 import argparse
+import importlib.util
 
 from golden.cli import add_gateware_options, gateware_config
 from golden.config import MatcherConfig
 from golden.errors import UserError
 
 
-__all__ = ["add_design_options", "design_config"]
+__all__ = ["add_design_options", "design_config", "need"]
 
 
 HEIGHTS = range(1, 4097)
@@ -29,3 +30,9 @@ def design_config(options: argparse.Namespace) -> MatcherConfig:
         if value not in limits:
             raise UserError(f"{option} must be a whole number from {limits[0]} to {limits[-1]}, not {value}; choose a value in that range")
     return gateware_config(options, options.disparities, max_width=options.width)
+
+
+def need(module: str, package: str) -> None:
+    """Raise :class:`UserError` unless an optional dependency is installed: ``module`` of the package ``package``."""
+    if importlib.util.find_spec(module) is None:
+        raise UserError(f"the Python package {package} is not installed; install it with `pip install {package}`")

@@ -37,7 +37,7 @@ _BLOCKS = {
     "altera_std_synchronizer_bundle": BlackBox(clocked=("clk",)),
 }
 
-#: What an I/O standard needs as supply of its bank, in volts.
+#: I/O standard to the supply that it needs in its bank, in volts.
 _STANDARD_VOLTS = {"2.5 V": 2.5, "1.8 V": 1.8, "SSTL-18 CLASS I": 1.8}
 
 
@@ -61,7 +61,7 @@ def _check_pins(bits: Collection[str], settings: str, balls: Mapping[str, int], 
     for bit, ball in places:
         users.setdefault(ball, []).append(bit)
     problems += [f"pin {ball} is used by {' and '.join(names)}" for ball, names in users.items() if len(names) > 1]
-    problems += [f"pin {ball} of {names[0]} is none that is known of this board" for ball, names in users.items() if ball not in balls]
+    problems += [f"pin {ball} of {names[0]} is not a known pin of this board" for ball, names in users.items() if ball not in balls]
     of_bit = dict(places)
     for bit, standard in standards:
         bank = balls.get(of_bit.get(bit, ""))
@@ -79,14 +79,14 @@ def _check_clocks(sources: Collection[str], settings: str, constraints: str, clo
     of_bit = {bit: ball for ball, bit in _LOCATION.findall(settings)}
     for source in sorted(sources):
         if source.startswith("? "):
-            problems.append(f"the clock {source[2:]} comes neither from a pin nor from a PLL")
+            problems.append(f"the clock {source[2:]} is driven neither by a pin nor by a PLL")
         elif "." in source:
             if "derive_pll_clocks" not in constraints.split():
                 problems.append(f"the clock {source} is not constrained: derive_pll_clocks is missing")
         elif source not in clocks:
             problems.append(f"the clock at {source} is not constrained")
         elif of_bit.get(source) not in clock_balls:
-            problems.append(f"the clock at {source} comes in at {of_bit.get(source)}, which does not reach the clock network")
+            problems.append(f"the clock at {source} enters at {of_bit.get(source)}, which does not reach the clock network")
     problems += [f"a clock is created at {port}, which clocks nothing" for port in clocks if port not in sources]
     return problems + [f"{port} has {times} clocks" for port, times in Counter(clocks).items() if times > 1]
 
@@ -98,7 +98,7 @@ def _check_header(name: str, verilog: str, ports: Collection[str]) -> list[str]:
         return [f"{name}.v has no module {name}"]
     written = set(re.findall(r"\w+", headers[name]))
     problems = [f"{name}.v lacks the port {port}" for port in sorted(set(ports) - written)]
-    return problems + [f"{name}.v has the port {port}, which the design has not" for port in sorted(written - set(ports))]
+    return problems + [f"{name}.v has the port {port}, which is not in the design" for port in sorted(written - set(ports))]
 
 
 def check_project(project: Project, *, balls: Mapping[str, int] = BALLS, bank_volts: Mapping[int, float] = BANK_VOLTS,
@@ -134,12 +134,12 @@ def check_project(project: Project, *, balls: Mapping[str, int] = BALLS, bank_vo
 
     bits = {*ports, *_bits(ports)}
     for pattern in dict.fromkeys(" ".join(_PATTERNS.findall(constraints)).split()):
-        # Brackets mean themselves; only the asterisk stands for something.
+        # Brackets are literal; only the asterisk is a wildcard.
         if not fnmatch.filter(bits, pattern.replace("[", "[[]")):
             problems.append(f"{name}.sdc constrains {pattern}, which is no port")
     assigned = _GLOBAL.findall(settings)
     named = {key: value for key, value in assigned}
-    problems += [f"{name}.qsf names the file {value}, which is not there" for key, value in assigned
+    problems += [f"{name}.qsf names the file {value}, which does not exist" for key, value in assigned
                  if key in ("VERILOG_FILE", "SDC_FILE") and value not in files]
     problems += [f"{name}.qsf has no {key}" for key in ("DEVICE", "TOP_LEVEL_ENTITY", "VERILOG_FILE", "SDC_FILE") if key not in named]
     if named.get("TOP_LEVEL_ENTITY", name) != name:

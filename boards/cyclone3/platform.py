@@ -6,8 +6,11 @@ Banks 3, 4, 7 and 8, with memory, LEDs, buttons and oscillators, are supplied wi
 
 import csv
 from importlib import resources
+from typing import Any
 
 from amaranth.build import Attrs, Clock, Connector, Pins, PinsN, Resource, Subsignal
+from amaranth.build.run import BuildPlan
+from amaranth.hdl import Fragment
 from amaranth.vendor import AlteraPlatform
 
 
@@ -25,32 +28,32 @@ MEMORY_CLOCK_MHZ = 75
 with resources.files(__package__).joinpath("pins.csv").open(encoding="utf-8") as _file:
     _PINS = {row["signal"]: row for row in csv.DictReader(line for line in _file if not line.startswith("#"))}
 
-#: Ball to I/O bank, of all that the table knows.
+#: Ball to I/O bank, of all balls in the table.
 BALLS = {row["ball"]: int(row["bank"]) for row in _PINS.values()}
 #: I/O bank to its supply.
 BANK_VOLTS = {1: 2.5, 2: 2.5, 3: 1.8, 4: 1.8, 5: 2.5, 6: 2.5, 7: 1.8, 8: 1.8}
-#: Balls that reach the clock network: what Quartus reports as dedicated inputs.
+#: Balls that reach the clock network: those that Quartus reports as dedicated inputs.
 CLOCK_BALLS = frozenset(("A14", "A15", "B14", "B15", "AG14", "AG15", "AH14", "AH15", "J1", "J2", "J27", "J28", "Y1", "Y2", "Y27", "Y28"))
 
 
-def _pins(*signals, dir, cls=Pins):
+def _pins(*signals: str, dir: str, cls: type = Pins) -> Pins:
     """Balls of signals of the board itself."""
     return cls(" ".join(_PINS[signal]["ball"] for signal in signals), dir=dir)
 
 
-def _card(*signals, dir):
+def _card(*signals: str, dir: str) -> Pins:
     """Pins of the connector that carries these signals of a card."""
     pins = [_PINS[signal]["hsmc"] for signal in signals]
     return Pins(" ".join(pin[1:] for pin in pins), dir=dir, conn=("hsmc", "AB".index(pins[0][0])))
 
 
-def _bus(signal, width, first=0):
+def _bus(signal: str, width: int, first: int = 0) -> list[str]:
     return [f"{signal}[{bit}]" for bit in range(first, first + width)]
 
 
 _V18 = Attrs(io_standard="1.8 V")
 _V25 = Attrs(io_standard="2.5 V")
-# As Altera's generated script has them for this controller on this board: strong outputs for commands, 12 mA for what goes point to point.
+# As in the script that Altera generates for this controller on this board: strong outputs for commands, 12 mA for point-to-point signals.
 # Data, strobes and masks share an output enable group: without it the fitter refuses bidirectional pins so close to the reference voltage.
 _COMMAND = Attrs(io_standard="SSTL-18 CLASS I", current_strength_new="MAXIMUM CURRENT")
 _STROBE  = Attrs(io_standard="SSTL-18 CLASS I", current_strength_new="12MA")
@@ -60,8 +63,8 @@ _OUTPUT_REGISTER = Attrs(fast_output_register="ON")
 _PULL_UP = Attrs(weak_pull_up_resistor="ON")
 
 
-def _camera(number, channel):
-    """A channel of the video decoder: eight bits at each rising edge of its own clock."""
+def _camera(number: int, channel: int) -> Resource:
+    """A channel of the video decoder: eight bits at each rising edge of the channel's clock."""
     prefix = f"BITEC_QV_CH{channel}_IN_"
     return Resource("camera", number,
         Subsignal("clk", _card(f"{prefix}CLK", dir="i"), Clock(27e6)),
@@ -69,7 +72,7 @@ def _camera(number, channel):
         _V25)
 
 
-def _dvi():
+def _dvi() -> Resource:
     """The DVI transmitter: pixels, levels that configure it, and its I2C bus."""
     prefix = "BITEC_DVI_IO_OUT"
     return Resource("dvi", 0,
@@ -88,7 +91,7 @@ def _dvi():
 
 
 class Cyclone3Platform(AlteraPlatform):
-    """The board and its two cards, in the manner of amaranth-boards.
+    """The board and its two cards, with resources as in amaranth-boards.
 
     Resources
     ---------
@@ -99,14 +102,14 @@ class Cyclone3Platform(AlteraPlatform):
     camera 0, 1
         Channels 1 and 2 of the video decoder: left and right.
     decoder
-        Reset and power-down of the video decoder TVP5154, both low active, and its I2C bus.
+        Reset and power-down of the video decoder TVP5154, both active low, and its I2C bus.
     dvi
         DVI transmitter TFP410.
     ddr2
         The bottom memory: two MT47H32M16CC-3, 32 bits, 128 MB.
     uart
-        The two SMA connectors. The board has no RS-232; these are the only free pins with a connector of their own, since the cards cover
-        the HSMC connectors. ``tx`` is CLKOUT_SMA, ``rx`` is CLKIN_SMA, a clock input that drives nothing else. Both are 1.8 V.
+        The two SMA connectors. The board has no RS-232; these are the only free pins with connectors, since the cards occupy both HSMC
+        connectors. ``tx`` is CLKOUT_SMA, ``rx`` is CLKIN_SMA, a clock input that drives nothing else. Both are 1.8 V.
     """
     device, package, speed, suffix = "EP3C120", "F780", "C7", ""
     default_clk, default_rst = "clk50", "rst"
@@ -144,17 +147,17 @@ class Cyclone3Platform(AlteraPlatform):
         Connector("hsmc", number, {row["hsmc"][1:]: row["ball"] for row in _PINS.values() if row["hsmc"].startswith(letter)})
         for number, letter in enumerate("AB"))
 
-    #: What every project for this board sets, whatever it does.
+    #: Settings of every project for this board.
     SETTINGS = (
         f'set_global_assignment -name FAMILY "{FAMILY}"',
         'set_global_assignment -name STRATIX_DEVICE_IO_STANDARD "2.5 V"',
-        # Unused balls lead to chips that drive them: they must not drive back.
+        # Unused balls are connected to chips that drive them: they must be inputs.
         'set_global_assignment -name RESERVE_ALL_UNUSED_PINS_WEAK_PULLUP "AS INPUT TRI-STATED WITH WEAK PULL-UP"',
-        # As in the kit's own projects: there is no other device that this one would tell to configure itself.
+        # As in the projects of the kit: there is no other device in the configuration chain.
         'set_global_assignment -name CYCLONEII_RESERVE_NCEO_AFTER_CONFIGURATION "USE AS REGULAR IO"',
     )
 
-    def toolchain_prepare(self, fragment, name, *, add_settings="", **kwargs):
+    def toolchain_prepare(self, fragment: Fragment, name: str, *, add_settings: str = "", **kwargs: Any) -> BuildPlan:
         plan = super().toolchain_prepare(fragment, name, add_settings="\n".join([*self.SETTINGS, add_settings]), **kwargs)
         plan.add_file(f"{name}.qpf", f'QUARTUS_VERSION = "13.1"\nPROJECT_REVISION = "{name}"\n')
         return plan

@@ -18,7 +18,7 @@ __all__ = ["MEMORY_CONTROLLER", "NAME", "StereoPlatform", "quartus_project"]
 
 #: Of project and top-level module.
 NAME = "stereo"
-#: Variation of Altera's DDR2 controller that the user has generated: module, file names.
+#: Variation of Altera's DDR2 controller that the user generates: name of the module and of its files.
 MEMORY_CONTROLLER = "stereo_ddr2"
 
 _SETTINGS = """
@@ -83,7 +83,7 @@ _CONSTRAINTS = """
 
 
 class StereoPlatform(Cyclone3Platform):
-    """The board with the files of this project: RTLIL for :mod:`hdl.emit`, settings, constraints, and what to do with them.
+    """The board with the files of this project: RTLIL for :mod:`hdl.emit`, settings, constraints and instructions.
 
     Parameters
     ----------

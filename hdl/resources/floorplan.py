@@ -1,7 +1,7 @@
-"""A floor plan for the stand-in, an ECP5-85F: memory blocks in the order of the labels, along the device's rows; the selection in one spot.
+"""A floor plan for the stand-in, an ECP5-85F: memory blocks in the order of the labels, along the device's rows; the selection in one area.
 
-The arrays are chains, label after label, each with memories of its own. A placer that starts from nothing folds such a chain into a knot:
-at 80 labels the wires came out half as long again as with the blocks in order, and the router hardly got through.
+The arrays are chains of labels, each label with its memories. Without a plan the placer scatters such a chain: with 80 labels, wires were
+half as long again as with the blocks in order, and the router barely converged.
 """
 
 import re
@@ -11,26 +11,26 @@ from collections.abc import Iterable, Iterator, Mapping
 __all__ = ["SITES", "floor_plan", "label_of", "selection_plan"]
 
 
-# Rows of blocks, and how many rows of logic lie around each.
+# Rows of blocks, and the number of rows of logic around each.
 _ROWS = {22: 34, 46: 24, 70: 18, 82: 19}
 # Four blocks every nine columns; the clock's spine is in the middle.
 _FIRST, _PERIOD, _SPINE, _WIDTH = 4, 9, 67, 2
 
 
 def _columns() -> Iterator[tuple[int, int]]:
-    """Column of each block of a row, from left to right, and its number among its neighbours."""
+    """Column of each block of a row, from left to right, and its number within its group of four."""
     for quad in range(13):
         for number in range(4):
             column = _FIRST + _PERIOD * quad + 2 * number
             yield (column if column < _SPINE else column + _WIDTH), number
 
 
-#: Names of the places of memory blocks: row to places from left to right.
+#: Sites of memory blocks: row to names from left to right.
 SITES = {row: [f"X{column}/Y{row}/EBR{number}" for column, number in _columns()] for row in _ROWS}
 
 
 def label_of(name: str) -> float | None:
-    """Where in the chain of labels a memory belongs, by its name in the hierarchy: a number behind ``_``, the first of its labels.
+    """Position of a memory in the chain of labels, by its name in the hierarchy: the number after ``_`` is the first of its labels.
 
     Examples
     --------
@@ -44,9 +44,9 @@ def label_of(name: str) -> float | None:
     return int(found[1]) + shared
 
 
-# The selection is the one loop that no register can cut: `f = T[f]`. The answers come from all over the device; where the registers right
-# in front of the multiplexer stand decides how far the loop reaches. In the middle, between two rows of blocks: columns, first row of
-# logic, and rows that hold none.
+# The selection is the one loop that cannot be pipelined: `f = T[f]`. The answers arrive from the whole device; the places of the registers
+# directly in front of the multiplexer decide how long the loop's wires are. They are in the middle, between two rows of blocks: columns,
+# first row of logic, and rows without logic.
 _SELECTION_COLUMNS = range(50, 62)
 _SELECTION_ROW = 52
 _NO_LOGIC = range(10, 94, 12)
@@ -54,17 +54,17 @@ _TILE = 8  # registers
 
 
 def selection_plan(registers: Mapping[str, tuple[int, int]]) -> dict[str, str]:
-    """Places of the registers in front of the selection: those of a bit beside each other, label by label.
+    """Sites of the registers in front of the selection: those of a bit are adjacent, in the order of the labels.
 
     Parameters
     ----------
     registers : mapping
-        Name to label and bit of the answer that the register holds.
+        Name to the label and the bit of the answer that the register holds.
 
     Returns
     -------
     dict of str to str
-        Name to place.
+        Name to site.
 
     Examples
     --------
@@ -73,37 +73,37 @@ def selection_plan(registers: Mapping[str, tuple[int, int]]) -> dict[str, str]:
     """
     rows = [row for row in range(_SELECTION_ROW, 94) if row not in _NO_LOGIC]
     tiles = max((label // _TILE + 1 for label, _ in registers.values()), default=0)
-    width = 4  # tiles of a bit beside each other
+    width = 4  # adjacent tiles of a bit
     height = -(-tiles // width)
-    beside = len(_SELECTION_COLUMNS) // width
+    across = len(_SELECTION_COLUMNS) // width  # bits
     plan = {}
     for name, (label, bit) in registers.items():
         tile, place = divmod(label, _TILE)
-        column = _SELECTION_COLUMNS[bit % beside * width + tile % width]
-        row = rows[bit // beside * height + tile // width]
+        column = _SELECTION_COLUMNS[bit % across * width + tile % width]
+        row = rows[bit // across * height + tile // width]
         plan[name] = f"X{column}/Y{row}/SLICE{'ABCD'[place // 2]}.FF{place % 2}"
     return plan
 
 
-#: Share of the places that are taken from which on all blocks are planned.
+#: Share of used sites above which all blocks are planned.
 _CROWDED = 0.9
 
 
 def floor_plan(names: Iterable[str]) -> dict[str, str]:
-    """Places of memory blocks that belong to labels: along the rows, to and fro; more where there is more logic around a row.
+    """Sites of the memory blocks of labels: along the rows in alternating direction, more where there is more logic around a row.
 
-    The others find places between them, unless few are left, which would be far apart: then they come first, side by side in the two rows
-    with the least logic around them, and the labels follow from there.
+    The placer finds sites for the others, unless few are left, which would be far apart: then the others are placed first, adjacent in the
+    two rows with the least logic around them, and the labels follow from there.
 
     Parameters
     ----------
     names : iterable of str
-        Of all memory blocks.
+        All memory blocks.
 
     Returns
     -------
     dict of str to str
-        Name to place; empty if there are more blocks than places.
+        Name to site; empty if there are more blocks than sites.
     """
     places = {row: list(sites) for row, sites in SITES.items()}
     total = sum(map(len, places.values()))

@@ -1,4 +1,4 @@
-"""How counts are shown: a table for people, JSON for machines."""
+"""Counts as a table and as JSON."""
 
 import re
 from collections import Counter
@@ -25,23 +25,23 @@ TITLES = {"logic_elements": "logic elements", "memory_bits": "memory bits", "m9k
 
 
 def method(count: Count) -> str:
-    """What the count rests on, and how far it can be off."""
+    """The method of the count, and the bounds of its error."""
     kinds = count.kinds
     total = count.total.logic_elements
     return (
         f"Method: flattened and mapped by Yosys and ABC; no vendor tool took part. {kinds['tables']:,} tables of 4 inputs, "
         f"{kinds['carry_elements']:,} carry elements (one a bit; one more where a carry goes to more than one place) and "
         f"{kinds['registers']:,} registers, of which {kinds['packed_registers']:,} share the element that feeds them. A register shares "
-        "even if its element feeds others too: an element of this family drives out both. Clock enable and synchronous clear cost "
+        "even if its element feeds others too: an element of this family has both outputs. Clock enable and synchronous clear need "
         "no table. "
         f"{kinds['registers_in_blocks']:,} registers are those that multipliers and memory blocks have at their outputs. "
-        "A table counts for the block of what it leads to; if these are several, for the block around them. "
-        "Memory bits: words times bits of the memories that go into blocks; smaller ones are registers.\n"
+        "A table counts for the block that it leads to; if these are several, for the block around them. "
+        "Memory bits: words times bits of the memories in memory blocks; smaller ones are registers.\n"
         "Error: packing registers with unrelated tables too gives at best "
         f"{count.least:,} logic elements ({_percent(count.least, total)}), packing only where a table feeds nothing else "
         f"{count.most:,} ({_percent(count.most, total)}). Not in these bounds: Quartus optimises logic by other means, duplicates "
-        "registers, and may turn shift registers into memory; what it folds into an element in arithmetic mode beyond an inverter "
-        "costs a table of its own here."
+        "registers, and may turn shift registers into memory; of the logic that it includes in an element in arithmetic mode, only "
+        "inverters are included here; the rest is counted as tables."
     )
 
 
@@ -54,12 +54,12 @@ def _add(figures: Iterable[Resources]) -> Resources:
 
 
 def tree(blocks: dict[str, Resources]) -> dict[str, tuple[int, Resources]]:
-    """Paths as a table shows them: a block includes those inside it; many blocks whose names differ in a number only are one row.
+    """The rows of a table: a block includes the blocks inside it; many blocks whose names differ only in a number are one row.
 
     Returns
     -------
     dict
-        Path, with ``*`` for such a number, to how many blocks the row stands for and their figures.
+        Path, with ``*`` for such a number, to the number of blocks in the row and their figures.
     """
     paths = sorted({".".join(path.split(".")[:depth]) for path in blocks for depth in range(1, path.count(".") + 2)})
     alike = Counter(map(_without_numbers, paths))
@@ -77,7 +77,7 @@ def tree(blocks: dict[str, Resources]) -> dict[str, tuple[int, Resources]]:
 
 
 def _without_numbers(path: str) -> str:
-    """The path with ``*`` for the numbers that its names end with."""
+    """The path with ``*`` in place of the numbers at the end of its names."""
     return re.sub(r"(_?\d+)+(?=\.|$)", "*", path)
 
 
@@ -117,7 +117,7 @@ def clock_text(clock: Clock) -> str:
 
 
 def as_json(count: Count, clock: Clock | None, about: dict[str, Any], capacity: Resources) -> dict[str, Any]:
-    """The same for machines. Figures of a block leave out the blocks inside it, so that all of them add up to the total."""
+    """The JSON document. Figures of a block exclude the blocks inside it, so that all of them add up to the total."""
     document = {
         **about,
         "total": count.total._asdict(),

@@ -16,7 +16,7 @@ from golden.lab.published import TABLE_3
 from golden.pages import digest, origin, table
 
 from ..matcher.matcher import Matcher
-from .__main__ import need
+from ..options import need
 from .count import FIGURES, Resources, count
 from .devices import DEFAULT_DEVICE, DEVICES
 from .mapping import map_cyclone3

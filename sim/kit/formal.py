@@ -1,15 +1,16 @@
-"""Proofs: assertions that hold in every cycle, whatever the inputs do. Yosys writes the circuit, ABC's `pdr` proves or refutes.
+"""Proofs: assertions that hold in every cycle, for all inputs. Yosys writes the circuit, ABC's `pdr` proves or refutes.
 
-Both come with pyosys. The method is property-directed reachability (Bradley, "SAT-based model checking without unrolling", 2011): it finds
-the inductive invariant itself.
+Both are part of pyosys. The method is property-directed reachability (Bradley, "SAT-based model checking without unrolling", 2011): it
+finds the inductive invariant itself.
 """
 
 import subprocess
+from collections.abc import Sequence
 from importlib.util import find_spec
 from pathlib import Path
 
 from amaranth.back import rtlil
-from amaranth.hdl import ClockDomain, Module
+from amaranth.hdl import ClockDomain, Elaboratable, Module, Value
 
 from hdl.yosys import Tool, run_yosys
 
@@ -33,21 +34,21 @@ write_aiger -zinit design.aig
 """
 
 
-def prove(elaboratable, ports, folder: Path, *, timeout=120) -> bool:
-    """Whether no assertion in ``elaboratable`` can be violated. There is no reset: all begins with the initial values.
+def prove(elaboratable: Elaboratable, ports: Sequence[Value], folder: Path, *, timeout: float = 120) -> bool:
+    """Whether no assertion in ``elaboratable`` can be violated. There is no reset: all registers start with their initial values.
 
-    An assertion that is true by itself does not count; :class:`ValueError` if there is no other.
+    An assertion that is constantly true is ignored; :class:`ValueError` if there is no other.
 
     Parameters
     ----------
     elaboratable
-        Holds statements ``Assert(...)``, in the domain ``sync`` alone.
-    ports : list of Signal
-        Inputs that may do anything; others keep their initial value.
+        Has statements ``Assert(...)``, in the domain ``sync`` only.
+    ports : sequence of Signal
+        Inputs that may have any value in any cycle; others keep their initial value.
     folder : Path
-        For the files.
+        For the intermediate files.
     timeout : float
-        Seconds of ABC; :class:`TimeoutError` after them.
+        Limit for ABC in seconds; :class:`TimeoutError` after it.
     """
     m = Module()
     m.domains.sync = sync = ClockDomain(reset_less=True)

@@ -25,7 +25,7 @@ VIOLATIONS = {
     "two standards": ("qsf", r'set_instance_assignment -name IO_STANDARD "1.8 V" -to led_3__io\n', r"\g<0>\g<0>",
                       ["led_3__io has 2 I/O standards"]),
     "pin used twice": ("qsf", r"PIN_AE15 -to led_4__io", "PIN_AD15 -to led_4__io", ["pin AD15 is used by led_0__io and led_4__io"]),
-    "no such pin": ("qsf", r"PIN_AE15 -to led_4__io", "PIN_AZ99 -to led_4__io", ["pin AZ99 of led_4__io is none that is known"]),
+    "no such pin": ("qsf", r"PIN_AE15 -to led_4__io", "PIN_AZ99 -to led_4__io", ["pin AZ99 of led_4__io is not a known pin"]),
     "assignment to no port": ("qsf", r"\Z", "set_location_assignment PIN_AD18 -to switch_1__io\n",
                               ["switch_1__io has an assignment but is no port"]),
     "bit that is none": ("qsf", r"\Z", 'set_instance_assignment -name FAST_OUTPUT_REGISTER ON -to dvi_0__red__io[8]\n',
@@ -42,14 +42,14 @@ VIOLATIONS = {
     "clocks of the PLLs": ("sdc", r"derive_pll_clocks\n", "# derive_pll_clocks_no\n",
                            ["the clock altpll.clk is not constrained: derive_pll_clocks", "the clock stereo_ddr2.phy_clk is not"]),
     "clock off the clock network": ("qsf", r"(PIN_)(Y28)( -to camera_0__clk__io\n[^\0]*?PIN_)(AC28)( -to camera_0__data__io\[0\])",
-                                    r"\1\4\3\2\5", ["the clock at camera_0__clk__io comes in at AC28, which does not reach"]),
+                                    r"\1\4\3\2\5", ["the clock at camera_0__clk__io enters at AC28, which does not reach"]),
     "constraint on no port": ("sdc", r"\[get_ports \{dvi_0__red__io\[\*\] ", "[get_ports {dvi_0__reds__io[*] ",
                               [r"stereo.sdc constrains dvi_0__reds__io\[\*\], which is no port"]),
     "module": ("v", r"\Amodule stereo\(", "module mono(", ["stereo.v has no module stereo"]),
-    "port of the text alone": ("v", r"(\Amodule stereo\()", r"\1spare, ", ["stereo.v has the port spare, which the design has not"]),
+    "port of the text alone": ("v", r"(\Amodule stereo\()", r"\1spare, ", ["stereo.v has the port spare, which is not in the design"]),
     "port that the text lacks": ("v", r"(\Amodule stereo\([^;]*)rst_0__io, ", r"\1", ["stereo.v lacks the port rst_0__io"]),
     "top level": ("qsf", "TOP_LEVEL_ENTITY stereo", "TOP_LEVEL_ENTITY mono", ["top-level module is stereo, but stereo.qsf has mono"]),
-    "source": ("qsf", "VERILOG_FILE stereo.v", "VERILOG_FILE mono.v", ["stereo.qsf names the file mono.v, which is not there"]),
+    "source": ("qsf", "VERILOG_FILE stereo.v", "VERILOG_FILE mono.v", ["stereo.qsf names the file mono.v, which does not exist"]),
     "constraints": ("qsf", ".*SDC_FILE.*\n", "", ["stereo.qsf has no SDC_FILE"]),
     "device": ("qsf", ".*DEVICE EP3.*\n", "", ["stereo.qsf has no DEVICE"]),
 }
@@ -78,7 +78,7 @@ def test_gated_clock():
     ddr2 = replace(cells["ddr2"], connections={**cells["ddr2"].connections, "pll_ref_clk": [10_000]})
     gate = Cell("$and", {"Y": [10_000]}, {"Y": "output"})
     gated = with_top(project, cells={**cells, "ddr2": ddr2, "gate": gate}, nets={**project.netlist["stereo"].nets, "gated": [10_000]})
-    assert check_project(gated) == ["the clock gated comes neither from a pin nor from a PLL"]
+    assert check_project(gated) == ["the clock gated is driven neither by a pin nor by a PLL"]
 
 
 def test_port_that_nobody_expected():

@@ -162,7 +162,7 @@ def test_default_display(tmp_path, given, capsys):
 
 def test_a_project_that_is_not_sound_is_not_written(tmp_path, monkeypatch):
     monkeypatch.setattr(board, "BOARD", replace(board.BOARD, check=partial(check_project, clock_balls=frozenset())))
-    with pytest.raises(RuntimeError, match="not sound: the clock at camera_0__clk__io comes in at Y28"):
+    with pytest.raises(RuntimeError, match="not sound: the clock at camera_0__clk__io enters at Y28"):
         main([*BOARD, "--output", str(tmp_path / "out")])
     assert list(tmp_path.iterdir()) == []
 

@@ -368,6 +368,6 @@ def test_bad_input_is_one_sentence(arguments, sentence, capsys):
 
 
 def test_missing_tool_is_one_sentence(monkeypatch, capsys):
-    monkeypatch.setattr(command.importlib.util, "find_spec", lambda name: None)
+    monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
     assert command.main(["--disparities", "2"]) == 2
     assert "the Python package pyosys is not installed" in capsys.readouterr().err
