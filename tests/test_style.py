@@ -24,9 +24,17 @@ MAX_LINES = 400
 FORBIDDEN = {
     "golden": {"hdl", "boards", "sim", "tests", "amaranth", "amaranth_boards", "cocotb"},
     "boards": {"sim", "tests", "cocotb"},
-    "hdl":    {"sim", "tests", "cocotb"},
+    "hdl":    {"boards", "sim", "tests", "cocotb"},
     "sim":    {"tests"},
 }
+# The one upward import: a command that looks a board up by its name.
+EXCEPTIONS = {("hdl/build.py", "boards.registry")}
+
+# Rooms: the packages, and the folders in them.
+ROOMS = sorted(".".join(path.parent.relative_to(ROOT).parts) for package in PACKAGES[:-1] for path in (ROOT / package).rglob("__init__.py"))
+# Rooms that do not state yet what they may import: to be empty.
+UNSTATED = {"golden", "golden.host", "golden.matcher", "golden.video", "hdl.host", "hdl.matcher", "hdl.matcher.refine",
+            "hdl.matcher.sequential", "hdl.matcher.streaming", "hdl.parts", "hdl.video", "sim", "sim.benches", "sim.kit", "sim.models"}
 
 
 def name(path):
@@ -55,8 +63,41 @@ def test_tool(command):
 @pytest.mark.parametrize("package", FORBIDDEN)
 def test_imports_point_downward(package):
     found = {name(path): wrong for path in (ROOT / package).rglob("*.py")
-             if (wrong := FORBIDDEN[package].intersection(module.partition(".")[0] for module in imported(path)))}
+             if (wrong := [module for module in imported(path) if module.partition(".")[0] in FORBIDDEN[package]
+                           and not any(name(path) == file and within(module, room) for file, room in EXCEPTIONS)])}
     assert not found
+
+
+def within(module, room):
+    return f"{module}.".startswith(f"{room}.")
+
+
+def statement(room):
+    """What a room's docstring says that it may import: names of rooms and modules, and those that are excepted; ``None`` if nothing."""
+    docstring = ast.get_docstring(ast.parse((ROOT.joinpath(*room.split(".")) / "__init__.py").read_text(encoding="utf-8"))) or ""
+    told = re.search(r"May import (.*?)\.(?=\s|$)", docstring, re.DOTALL)
+    return told and [set(re.findall(r"``([\w.]+)``", part)) for part in f"{told[1]} except ".split("except", 2)[:2]]
+
+
+@pytest.mark.parametrize("room", ROOMS)
+def test_room_states_what_it_may_import(room):
+    told = statement(room)
+    assert told or room in UNSTATED, f"the docstring of {room} must say what lives there, and 'May import' with the names of rooms"
+    for other in (name for part in told or () for name in part):
+        path = ROOT.joinpath(*other.split("."))
+        assert path.is_dir() or path.with_suffix(".py").exists() or (path.parent / room.split(".")[-1]).exists(), f"{room} names {other}"
+
+
+@pytest.mark.parametrize("room", ROOMS)
+def test_room_imports_what_it_states(room):
+    """And what is in itself. Names of whole packages do not count: there is nothing in them but docstrings."""
+    allowed, excepted = statement(room) or ({""}, set())
+    folder = ROOT.joinpath(*room.split("."))
+    found = {name(path): wrong for path in folder.glob("*.py") if (wrong := sorted({
+        module for module in imported(path) if module.partition(".")[0] in PACKAGES and module not in PACKAGES
+        and not any(within(module, other) for other in {room} | allowed - excepted if other)
+        or any(within(module, other) for other in excepted)}))}
+    assert room in UNSTATED or not found
 
 
 def test_no_import_circle():
