@@ -9,6 +9,7 @@ from typing import Any, Protocol
 
 import boards
 from golden.config import MatcherConfig
+from golden.errors import UserError
 from golden.video.bandwidth import Budget, MemoryTiming
 from golden.video.formats import DisplayFormat
 from hdl.matcher.matcher import Matcher
@@ -94,11 +95,11 @@ def board_names() -> list[str]:
 
 
 def find_board(name: str) -> Board:
-    """The board of that name; :class:`ValueError` if there is none."""
+    """The board of that name; :class:`golden.errors.UserError` if there is none."""
     names = board_names()
     if name not in names:
-        raise ValueError(f"there is no board {name!r}; choose one of: {', '.join(names)}")
+        raise UserError(f"there is no board {name!r}; choose one of: {', '.join(names)}")
     board = getattr(importlib.import_module(f"boards.{name}.board"), "BOARD", None)
     if not isinstance(board, Board) or board.name != name:
-        raise ValueError(f"the module boards.{name}.board has {board!r} as BOARD; export a Board named {name!r} there")
+        raise UserError(f"the module boards.{name}.board has {board!r} as BOARD; export a Board named {name!r} there")
     return board

@@ -1,4 +1,4 @@
 """Gateware in Amaranth, with the commands that write it: ``build`` and ``emit`` make Verilog, ``options`` are those of the command lines,
 ``yosys`` starts Yosys, ``netlist`` reads its netlists; the components are in the rooms. Every component names its golden function.
-May import ``golden``; ``build`` alone ``boards.registry``, to look a board up by name.
+May import ``golden``; ``hdl.build`` alone ``boards.registry``, to look a board up by name.
 """

@@ -131,10 +131,7 @@ def _run(argv: Sequence[str] | None) -> int:
     add_design_options(parser)
     options = parser.parse_args(argv)
 
-    try:
-        board = find_board(options.board) if options.board is not None else None
-    except ValueError as error:
-        raise UserError(str(error)) from None
+    board = None if options.board is None else find_board(options.board)
     config = design_config(options)
     if options.core and options.display is not None:
         raise UserError("--display is the format of the board's monitor, and --core has none; choose --board, or leave --display out")

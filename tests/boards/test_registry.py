@@ -9,6 +9,7 @@ import pytest
 
 from boards.cyclone3.board import BOARD
 from boards.registry import Project, board_names, find_board
+from golden.errors import UserError
 from hdl.netlist import Netlist, Port
 
 
@@ -58,14 +59,14 @@ def test_find():
 
 @pytest.mark.parametrize("name", ["de2", "", "registry", "cyclone3.board", "../cyclone3"])
 def test_no_such_board(name):
-    with pytest.raises(ValueError, match=rf"^there is no board '{name}'; choose one of: cyclone3$"):
+    with pytest.raises(UserError, match=rf"^there is no board '{name}'; choose one of: cyclone3$"):
         find_board(name)
 
 
 @pytest.mark.parametrize("wrong", [None, replace(BOARD, name="other")])
 def test_module_without_its_board(wrong, monkeypatch):
     monkeypatch.setattr("boards.cyclone3.board.BOARD", wrong)
-    with pytest.raises(ValueError, match=r"^the module boards.cyclone3.board has .* as BOARD; export a Board named 'cyclone3' there$"):
+    with pytest.raises(UserError, match=r"^the module boards.cyclone3.board has .* as BOARD; export a Board named 'cyclone3' there$"):
         find_board("cyclone3")
 
 
