@@ -12,7 +12,7 @@ from .platform import BALLS, BANK_VOLTS, CLOCK_BALLS
 from .project import MEMORY_CONTROLLER
 
 
-__all__ = ["check_project"]
+__all__ = ["CLOCKS_OF_BLOCKS", "check_project"]
 
 
 _LOCATION = re.compile(r"(?m)^set_location_assignment PIN_(\w+) -to (\S+)$")
@@ -25,8 +25,8 @@ _CLOCK = re.compile(r"(?m)^create_clock .*-period ([\d.]+) \[get_ports \{(\S+)\}
 
 _HEADER = re.compile(r"(?m)^module (\w+)\(([^)]*)\);")
 
-#: Altera's blocks of a top level, as far as clocks go through them.
-_BLOCKS = {
+#: How clocks pass through Altera's blocks.
+CLOCKS_OF_BLOCKS = {
     "altiobuf_in": BlackBox(repeats={"dataout": "datain"}),
     "altiobuf_bidir": BlackBox(repeats={"dataout": "dataio"}),
     "altpll": BlackBox(generates=("clk",), clocked=("inclk",)),
@@ -130,7 +130,7 @@ def check_project(project: Project, *, balls: Mapping[str, int] = BALLS, bank_vo
     settings, constraints = files[f"{name}.qsf"], files[f"{name}.sdc"]
     problems = _check_header(name, files[f"{name}.v"], ports)
     problems += _check_pins(_bits(ports), settings, balls, bank_volts)
-    problems += _check_clocks(clock_sources(project.netlist, name, _BLOCKS), settings, constraints, clock_balls)
+    problems += _check_clocks(clock_sources(project.netlist, name, CLOCKS_OF_BLOCKS), settings, constraints, clock_balls)
 
     bits = {*ports, *_bits(ports)}
     for pattern in dict.fromkeys(" ".join(_PATTERNS.findall(constraints)).split()):

@@ -83,6 +83,10 @@ def toy(tmp_path):
     folder.mkdir(parents=True)
     (folder / "__init__.py").touch()
     (folder / "board.py").write_text(TOY)
+    for other in ("another", "parts"):
+        (folder.parent / other).mkdir()
+        (folder.parent / other / "__init__.py").touch()
+    (folder.parent / "another" / "board.py").touch()
 
     def build(*arguments):
         environment = {**os.environ, "PYTHONPATH": str(tmp_path / "elsewhere")}
@@ -104,7 +108,11 @@ def test_a_board_is_one_folder(toy, tmp_path):
     assert "What to do" not in run.stdout       # this board has no README
 
 
-def test_boards_elsewhere_are_listed(toy):
-    run = toy("--board", "de2")
-    assert (run.returncode, run.stdout) == (2, "")
-    assert run.stderr == "hdl.build: there is no board 'de2'; choose one of: cyclone3, toy\n"
+@pytest.mark.parametrize("name, told", [
+    ("de2", "there is no board 'de2'; choose one of: another, cyclone3, toy"),
+    ("parts", "there is no board 'parts'; choose one of: another, cyclone3, toy"),     # a folder, but not of a board
+    ("another", "the module boards.another.board has None as BOARD; export a Board named 'another' there"),
+])
+def test_bad_board(name, told, toy):
+    run = toy("--board", name)
+    assert (run.returncode, run.stdout, run.stderr) == (2, "", f"hdl.build: {told}\n")

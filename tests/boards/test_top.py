@@ -6,6 +6,7 @@ import pytest
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
+from boards.cyclone3.check import CLOCKS_OF_BLOCKS
 from boards.cyclone3.platform import MEMORY_CLOCK_MHZ
 from boards.cyclone3.top import BoardTop, pll_ratio
 from golden.video.formats import DISPLAYS
@@ -81,6 +82,17 @@ def test_every_block_of_altera_has_a_stand_in():
         "altera_std_synchronizer_bundle"}
     for box in boxes:
         assert set(box.connections) == set(stubs[box.kind]), box.kind
+
+
+def test_clocks_of_the_blocks_are_checked():
+    """Of all blocks that have a stand-in, but for the one without a clock."""
+    stubs = stub_ports()
+    assert set(CLOCKS_OF_BLOCKS) >= set(stubs) - {"altiobuf_out"}
+    for kind in set(CLOCKS_OF_BLOCKS) & set(stubs):
+        box = CLOCKS_OF_BLOCKS[kind]
+        assert {*box.repeats, *box.repeats.values(), *box.generates, *box.clocked} <= set(stubs[kind])
+        inputs = {name for name, (direction, _) in stubs[kind].items() if direction == "input" and re.search("cl(oc)?k", name)}
+        assert inputs - {"outclocken", "inclocken"} == set(box.clocked)
 
 
 def test_domains():

@@ -17,8 +17,8 @@ DOCUMENT = {"modules": {"top": {
     "ports": {"a": {"direction": "input", "bits": [2, 3]}, "y": {"direction": "output", "bits": [5, 4, "0"]},
               "io": {"direction": "inout", "bits": [6]}},
     "cells": {
-        "first": {"type": "$and", "port_directions": {"A": "input", "B": "input", "Y": "output"}, "parameters": {"WIDTH": "01"},
-                  "attributes": {}, "connections": {"A": [2], "B": ["1"], "Y": [4]}},
+        "first": {"type": "$and", "port_directions": {"A": "input", "B": "input", "Y": "output", "Z": "output"}, "attributes": {},
+                  "parameters": {"WIDTH": "01"}, "connections": {"A": [2], "B": ["1"], "Y": [4], "Z": ["x"]}},
         "second": {"type": "$and", "port_directions": {"A": "input", "B": "input", "Y": "output"}, "parameters": {},
                    "attributes": {"n": "1"}, "connections": {"A": [4], "B": [3], "Y": [5]}},
         "box": {"type": "vendor", "parameters": {}, "attributes": {}, "connections": {"pad": [6], "o": [7]}},
@@ -190,6 +190,13 @@ class Store(wiring.Component):
 def test_clocks_of_a_memory(asynchronous, sources):
     design = emit_rtlil(rtlil.convert(Store(asynchronous), name="store", emit_src=False))
     assert clock_sources(design.netlist, "store", {}) == sources
+
+
+def test_ports_of_a_memory_are_clocked_each():
+    """The last digit of a parameter of Yosys belongs to the first port."""
+    memory = Cell("$mem_v2", {"RD_CLK": [2, 3], "WR_CLK": [4, 5]}, {}, {"RD_CLK_ENABLE": "10", "WR_CLK_ENABLE": "01"})
+    netlist = Netlist({f"c{bit}": Port("input", [bit]) for bit in range(2, 6)}, {"memory": memory}, {})
+    assert clock_sources({"top": netlist}, "top", {}) == {"c3", "c4"}
 
 
 def test_loop_and_floating_net():
