@@ -10,17 +10,17 @@ from typing import Any, NoReturn
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 
-from .config import FUSED_1, Arithmetic, Cost, Engine, MatcherConfig, Refinement
+from .config import FUSED_1, METHODS, Arithmetic, Engine, Fused, MatcherConfig, OnePass, Refinement, changed
 from .errors import UserError
 from .matcher.parameters import read_parameters
 
 
-__all__ = ["STAGES", "Parser", "add_gateware_options", "add_matcher_options", "add_method_options", "add_minimum_option", "gateware_config",
-           "matcher_config", "method_config", "progress"]
+__all__ = ["STAGES", "Parser", "add_gateware_options", "add_matcher_options", "add_method_options", "add_minimum_option",
+           "check_disparities", "gateware_config", "matcher_config", "method_config", "progress"]
 
 
 # Options of the refinement that can be switched each by itself, and what they switch.
-STAGES = {"check": "left-right check", "fill": "fill of the pixels that fail the check", "median": "median of 5x5 disparities"}
+STAGES = Refinement.SWITCHES
 
 WEIGHTS = {"u1": "left", "u2": "upper", "u3": "lower"}  # and the neighbour of each
 
@@ -47,12 +47,12 @@ def add_matcher_options(parser: argparse.ArgumentParser, default: Arithmetic | N
     parser.add_argument("--arithmetic", type=Arithmetic, choices=list(Arithmetic), default=default, metavar="float|thesis|linear",
                         help=f"number formats (default: {default or otherwise})")
     parser.add_argument("--fraction-bits", type=int, metavar="Q",
-                        help=f"fraction bits of the slopes, 0 to 4; linear arithmetic only (default: {MatcherConfig.fraction_bits})")
+                        help=f"fraction bits of the slopes, 0 to 4; linear arithmetic only (default: {OnePass.fraction_bits})")
     for name, neighbour in WEIGHTS.items():
-        default_of_fused = f"; with --cost fused {getattr(FUSED_1, name)}, in eighths of its cost" if fused else ""
+        default_of_fused = f"; with --cost fused {getattr(FUSED_1.weights, name)}, in eighths of its cost" if fused else ""
         parser.add_argument(f"--{name}", type=int, metavar="U", help=(
             f"weight of the {neighbour} neighbour, grey levels a pixel of disparity, 0 to 63 "
-            f"(default: {getattr(MatcherConfig, name)}{default_of_fused})"))
+            f"(default: {getattr(OnePass.weights, name)}{default_of_fused})"))
 
 
 def matcher_config(options: argparse.Namespace, disparities: int, arithmetic: Arithmetic | None = None,
@@ -63,12 +63,26 @@ def matcher_config(options: argparse.Namespace, disparities: int, arithmetic: Ar
     --------
     >>> parser = Parser()
     >>> add_matcher_options(parser)
-    >>> matcher_config(parser.parse_args(["--u3", "7"]), 16).weights
-    (15, 10, 7)
+    >>> matcher_config(parser.parse_args(["--u3", "7"]), 16).method.weights
+    Weights(u1=15, u2=10, u3=7)
     """
     with _parameters_are_options():
-        return MatcherConfig(disparities=disparities, arithmetic=arithmetic or options.arithmetic, max_width=max_width,
-                             minimum=getattr(options, "minimum", 0), **_given(options, "fraction_bits", *WEIGHTS))
+        method = changed(OnePass(arithmetic or options.arithmetic), **_given(options, "fraction_bits", *WEIGHTS))
+        return _sized(options, disparities, max_width, method)
+
+
+def check_disparities(disparities: int) -> None:
+    """:class:`UserError` unless that many labels are possible; the option is named ``--disparities`` everywhere."""
+    limits = MatcherConfig.LABELS
+    if disparities not in limits:
+        raise UserError(f"--disparities must be a whole number from {limits[0]} to {limits[-1]}, not {disparities}; "
+                        "choose a value in that range")
+
+
+def _sized(options: argparse.Namespace, disparities: int, max_width: int, method: OnePass | Fused) -> MatcherConfig:
+    """A configuration of that size; the number of labels is the option ``--disparities``."""
+    check_disparities(disparities)
+    return MatcherConfig(disparities, max_width, getattr(options, "minimum", 0), method=method)
 
 
 @contextlib.contextmanager
@@ -85,17 +99,17 @@ def _given(options: argparse.Namespace, *names: str) -> dict[str, Any]:
     return {name: value for name in names if (value := getattr(options, name)) is not None}
 
 
-def add_method_options(parser: argparse.ArgumentParser, cost: Cost = Cost.THESIS, thesis: str = str(Arithmetic.THESIS)) -> None:
+def add_method_options(parser: argparse.ArgumentParser, cost: str = OnePass.name, thesis: str = str(Arithmetic.THESIS)) -> None:
     """Add ``--cost``, the switches of the refinement and the options of :func:`add_matcher_options`, for :func:`method_config`.
 
     Parameters
     ----------
-    cost : Cost
+    cost : str
         Default of ``--cost``.
     thesis : str
         What help says of the arithmetic of the cost ``THESIS`` where none is given.
     """
-    parser.add_argument("--cost", type=Cost, choices=list(Cost), default=cost, metavar="thesis|fused", help=(
+    parser.add_argument("--cost", choices=list(METHODS), default=cost, metavar="thesis|fused", help=(
         "matching cost of the thesis; or fused with a census, summed over a support and refined after the rule (default: %(default)s)"))
     parser.add_argument("--parameters", type=Path, metavar="fused-1|fused-2|fused-3|FILE", help=(
         "parameters of the fused cost; fused-2 counts the lines above and below too, fused-3 makes the least gateware; or a file of "
@@ -128,10 +142,10 @@ def method_config(options: argparse.Namespace, disparities: int, arithmetic: Ari
     >>> parser = Parser()
     >>> add_method_options(parser)
     >>> config = method_config(parser.parse_args(["--cost", "fused", "--no-fill", "--u3", "7"]), 16)
-    >>> config.weights, config.refinement
-    ((17, 30, 7), Refinement(check=True, fill=False, median=True, sub_pixel=False))
+    >>> config.method.weights, config.method.refinement.fill
+    (Weights(u1=17, u2=30, u3=7), False)
     """
-    if options.cost is Cost.THESIS:
+    if options.cost == OnePass.name:
         switches = {name: value for name in ("refine", *STAGES) if (value := getattr(options, name)) is not None}
         given = [name if value else f"no-{name}" for name, value in switches.items()] + ["sub-pixel"] * options.sub_pixel
         given += ["parameters"] * (options.parameters is not None)
@@ -148,10 +162,8 @@ def method_config(options: argparse.Namespace, disparities: int, arithmetic: Ari
         raise UserError("--fill has nothing to do without the left-right check; add --check or leave --fill out")
     params = read_parameters(options.parameters) if options.parameters else FUSED_1
     with _parameters_are_options():
-        return MatcherConfig(
-            disparities=disparities, arithmetic=Arithmetic.LINEAR, cost=Cost.FUSED, max_width=max_width,
-            minimum=getattr(options, "minimum", 0),
-            fused=dataclasses.replace(params, **_given(options, *WEIGHTS)), refinement=Refinement(**stages, sub_pixel=options.sub_pixel))
+        method = changed(params, **_given(options, *WEIGHTS), **stages, sub_pixel=options.sub_pixel)
+        return _sized(options, disparities, max_width, method)
 
 
 def add_gateware_options(parser: argparse.ArgumentParser) -> None:
@@ -173,19 +185,19 @@ def gateware_config(options: argparse.Namespace, disparities: int, max_width: in
     ['streaming', 'sequential']
     """
     if options.arithmetic is Arithmetic.FLOAT:
-        others = "linear" if options.cost is Cost.FUSED else "thesis or linear"
+        others = "linear" if options.cost == Fused.name else "thesis or linear"
         raise UserError(f"--arithmetic float has no gateware; choose {others}, or use python -m golden match")
-    if options.cost is Cost.FUSED and options.engine is Engine.SEQUENTIAL:
+    if options.cost == Fused.name and options.engine is Engine.SEQUENTIAL:
         raise UserError("--engine sequential has no cost fused; choose --engine streaming or --cost thesis")
-    if options.cost is Cost.THESIS and options.minimum:
+    if options.cost == OnePass.name and options.minimum:
         raise UserError(f"--minimum {options.minimum} belongs to the cost fused; choose --cost fused or leave it out")
     arithmetic = options.arithmetic or (Arithmetic.THESIS if options.engine is Engine.SEQUENTIAL else Arithmetic.LINEAR)
     engine = options.engine or (Engine.SEQUENTIAL if arithmetic is Arithmetic.THESIS else Engine.STREAMING)
-    if engine is Engine.STREAMING and arithmetic is Arithmetic.THESIS and options.cost is Cost.THESIS:
+    if engine is Engine.STREAMING and arithmetic is Arithmetic.THESIS and options.cost == OnePass.name:
         raise UserError("--arithmetic thesis cannot be computed by the streaming engine; choose --engine sequential or --arithmetic linear")
     config = method_config(options, disparities, arithmetic, max_width)
-    if engine is Engine.SEQUENTIAL and disparities not in MatcherConfig.SEQUENTIAL_DISPARITIES:
-        limits = MatcherConfig.SEQUENTIAL_DISPARITIES
+    if engine is Engine.SEQUENTIAL and disparities not in MatcherConfig.SEQUENTIAL_LABELS:
+        limits = MatcherConfig.SEQUENTIAL_LABELS
         raise UserError(f"--disparities must be a whole number from {limits[0]} to {limits[-1]} with the sequential engine, "
                         f"not {disparities}; choose a value in that range")
     return dataclasses.replace(config, engine=engine)

@@ -8,12 +8,11 @@ from pathlib import Path
 import numpy as np
 
 from .cli import Parser, add_method_options, add_minimum_option, method_config
-from .config import Cost, MatcherConfig
+from .config import MatcherConfig, OnePass
 from .errors import UserError, run_cli
 from .files import check_output
 from .matcher.confidence import CONFIDENCE_MAX
-from .matcher.fused import match as match_fused
-from .matcher.labelling import match as match_thesis
+from .matcher.matcher import in_pixels, match
 from .pictures.dataset import motorcycle
 from .pictures.images import LABEL_SUFFIXES, read_pair, write_labels, write_picture
 from .pictures.metrics import bad_pixels
@@ -24,7 +23,7 @@ from .pictures.truth import add_truth_options, check_truth_options, read_truth
 __all__ = ["main"]
 
 
-LIMITS = f"{MatcherConfig.DISPARITIES[0]} to {MatcherConfig.DISPARITIES[-1]}"
+LIMITS = f"{MatcherConfig.LABELS[0]} to {MatcherConfig.LABELS[-1]}"
 
 
 BYTE_MAX = 255
@@ -60,7 +59,7 @@ def parser() -> Parser:
 
 def greatest(config: MatcherConfig) -> int:
     """Greatest disparity that can be, pixels."""
-    return config.minimum + config.disparities - 1
+    return config.minimum + config.labels - 1
 
 
 def _check_outputs(options: argparse.Namespace, config: MatcherConfig) -> None:
@@ -73,7 +72,7 @@ def _check_outputs(options: argparse.Namespace, config: MatcherConfig) -> None:
         if path is None:
             continue
         option = f"--{name}"
-        if name in MAPS and config.cost is not Cost.FUSED:
+        if name in MAPS and name not in config.result_fields:
             raise UserError(f"{option} belongs to the cost fused; choose --cost fused or leave it out")
         check_output(path, SUFFIXES.get(name, LABEL_SUFFIXES), option)
         if any(path.exists() and side.samefile(path) for side in sides):
@@ -83,7 +82,7 @@ def _check_outputs(options: argparse.Namespace, config: MatcherConfig) -> None:
                 raise UserError(f"{path} is given for {other} and for {option}; choose another {option}")
         taken.append((option, path))
     if options.output.suffix.lower() not in WIDE_SUFFIXES:
-        if config.refinement.sub_pixel:
+        if config.method.disparity_scale > 1:
             raise UserError(f"{options.output} holds whole numbers only, but --sub-pixel gives fractions; "
                             f"choose one of {', '.join(WIDE_SUFFIXES)} for --output")
         if greatest(config) > BYTE_MAX:
@@ -101,7 +100,7 @@ def run(argv: Sequence[str] | None) -> None:
         raise UserError(f"--disparities is missing; give the number of disparities of the pictures, {LIMITS}")
     check_truth_options(options)
     read_camera(options)
-    _check_outputs(options, method_config(options, MatcherConfig.DISPARITIES[0] if options.disparities is None else options.disparities))
+    _check_outputs(options, method_config(options, MatcherConfig.LABELS[0] if options.disparities is None else options.disparities))
 
     pair = None if options.left else motorcycle()
     left, right = (pair.left, pair.right) if pair else read_pair(options.left, options.right)
@@ -112,24 +111,24 @@ def run(argv: Sequence[str] | None) -> None:
         truth = pair.truth, pair.masks["known"]
 
     start = time.perf_counter()
-    fused = match_fused(left, right, config) if config.cost is Cost.FUSED else None
-    disparity = fused.pixels if fused else match_thesis(left, right, config)
+    fields = match(left, right, config)
+    disparity = in_pixels(fields["disparity"], config)
     seconds = time.perf_counter() - start
 
-    if config.refinement.sub_pixel:
+    if config.method.disparity_scale > 1:
         write_picture(options.output, disparity.astype(np.float32))  # exact
     elif greatest(config) > BYTE_MAX:
         write_picture(options.output, disparity.astype(np.uint16))
     else:
         write_labels(options.output, disparity.astype(np.uint8))
     for name in MAPS:
-        if fused and getattr(options, name):
-            write_labels(getattr(options, name), getattr(fused, name).astype(np.uint8))
+        if getattr(options, name):
+            write_labels(getattr(options, name), fields[name].astype(np.uint8))
     write_products(options, left, disparity, config, truth, camera)
 
     height, width = disparity.shape
-    method = config.arithmetic if config.cost is Cost.THESIS else config.cost
-    print(f"{options.output}: {width}x{height} pixels, {config.disparities} disparities, {method}, {seconds:.2f} s")
+    method = options.cost if options.cost != OnePass.name else config.method.arithmetic
+    print(f"{options.output}: {width}x{height} pixels, {config.labels} disparities, {method}, {seconds:.2f} s")
     if truth is not None:
         bad = bad_pixels(disparity, *truth, options.threshold)
         print(f"bad pixels: {bad:.2f} % of the {np.count_nonzero(truth[1])} that count are off by more than {options.threshold:g} pixel")

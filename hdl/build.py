@@ -4,7 +4,6 @@ import json
 import os
 import sys
 from collections.abc import Sequence
-from dataclasses import asdict
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -15,7 +14,7 @@ from rich.console import Console
 
 from boards.registry import Board, board_names, find_board
 from golden.cli import Parser
-from golden.config import Cost, MatcherConfig
+from golden.config import MatcherConfig
 from golden.errors import UserError, run_cli
 from golden.files import atomic, check_output
 from golden.video.bandwidth import Budget, MemoryTiming
@@ -54,17 +53,13 @@ def manifest_of(name, matcher, ports, height, arguments):
     """What a machine wants to know of the build."""
     config = matcher.config
     clocks = matcher.clocks_per_pixel
-    if config.cost is Cost.FUSED:
-        about_cost = {"minimum": config.minimum, "fused": asdict(config.fused), "refinement": asdict(config.refinement),
-                      "disparity_scale": config.disparity_scale}
-    else:
-        about_cost = {"fraction_bits": config.fraction_bits}
     return {
         "top": name,
         "engine": str(config.engine),
         "parameters": {
-            "disparities": config.disparities, "cost": str(config.cost), "arithmetic": str(config.arithmetic), **about_cost,
-            **dict(zip(("u1", "u2", "u3"), config.weights)), "max_width": config.max_width, "height": height,
+            "disparities": config.labels, "cost": config.method.name, "arithmetic": str(config.method.arithmetic),
+            "minimum": config.minimum, "max_width": config.max_width, "height": height, "disparity_scale": config.method.disparity_scale,
+            "method": config.method.about(),
         },
         "clocks_per_pixel": clocks,
         "full_rate_width": matcher.full_rate_width,

@@ -9,7 +9,7 @@ from rich.console import Console
 from rich.table import Table
 
 from golden.cli import Parser, progress
-from golden.config import Arithmetic, Cost, Engine, MatcherConfig
+from golden.config import FUSED_1, Arithmetic, Engine, MatcherConfig, OnePass
 from golden.errors import UserError, run_cli
 from golden.pictures.scenes import scene
 
@@ -21,7 +21,7 @@ __all__ = ["main"]
 
 
 def _name(config: MatcherConfig) -> str:
-    return f"{config.engine}, cost {config.cost}"
+    return f"{config.engine}, cost {config.method.name}"
 
 
 def _run(argv: Sequence[str] | None) -> int:
@@ -33,14 +33,14 @@ def _run(argv: Sequence[str] | None) -> int:
     options = parser.parse_args(argv)
     if options.height not in range(1, 4097):
         raise UserError(f"--height must be a whole number from 1 to 4096, not {options.height}; choose a value in that range")
+    linear = OnePass(Arithmetic.LINEAR)
     try:
-        configs = [MatcherConfig(disparities=options.disparities, arithmetic=Arithmetic.LINEAR, max_width=options.width, engine=engine,
-                                 cost=cost)
-                   for engine, cost in ((Engine.SEQUENTIAL, Cost.THESIS), (Engine.STREAMING, Cost.THESIS), (Engine.STREAMING, Cost.FUSED))]
+        configs = [MatcherConfig(labels=options.disparities, max_width=options.width, engine=engine, method=method)
+                   for engine, method in ((Engine.SEQUENTIAL, linear), (Engine.STREAMING, linear), (Engine.STREAMING, FUSED_1))]
     except ValueError as error:
         raise UserError(f"{error}; choose a value in that range") from None
-    if options.disparities not in MatcherConfig.SEQUENTIAL_DISPARITIES:
-        raise UserError(f"--disparities must be at most {MatcherConfig.SEQUENTIAL_DISPARITIES[-1]}, not {options.disparities}: "
+    if options.disparities not in MatcherConfig.SEQUENTIAL_LABELS:
+        raise UserError(f"--disparities must be at most {MatcherConfig.SEQUENTIAL_LABELS[-1]}, not {options.disparities}: "
                         "both engines are run; choose fewer")
     require(options.simulator)
 

@@ -11,10 +11,10 @@ from rich.console import Console
 from rich.table import Table
 
 from golden.cli import Parser
-from golden.config import FUSED_2, Arithmetic, Cost, Engine, MatcherConfig
+from golden.config import FUSED_2, MatcherConfig
 from golden.errors import UserError, run_cli
 from golden.files import write_json
-from golden.matcher.matcher import disparities
+from golden.matcher.matcher import disparities, in_pixels
 from golden.pictures.dataset import StereoPair, motorcycle
 from golden.pictures.images import colour_map, write_picture
 from golden.pictures.metrics import bad_pixels
@@ -45,9 +45,7 @@ def configurations(pair: StereoPair) -> tuple[MatcherConfig, MatcherConfig]:
     """
     labels = -(-pair.disparities // LABELS_MULTIPLE) * LABELS_MULTIPLE
     width = pair.left.shape[1]
-    thesis = MatcherConfig(labels, Arithmetic.THESIS, max_width=width)
-    fused = MatcherConfig(labels, Arithmetic.LINEAR, cost=Cost.FUSED, fused=FUSED_2, engine=Engine.STREAMING, max_width=width)
-    return thesis, fused
+    return MatcherConfig(labels, width), MatcherConfig(labels, width, method=FUSED_2)
 
 
 def _parser() -> Parser:
@@ -105,14 +103,14 @@ def _main(argv: Sequence[str] | None) -> int:
             print(f"sim.demo: {error}", file=sys.stderr)
             return 1
     wrong = mismatches(result, 0, pair.left, pair.right, config)
-    results = {"thesis": disparities(pair.left, pair.right, thesis), "fused": result.labels[0]}
+    results = {"thesis": disparities(pair.left, pair.right, thesis), "fused": in_pixels(result.fields[0]["disparity"], config)}
     height, width = pair.left.shape
     report = {
-        "pair": pair.name, "width": width, "height": height, "disparities": config.disparities, "simulator": options.simulator,
+        "pair": pair.name, "width": width, "height": height, "disparities": config.labels, "simulator": options.simulator,
         "mismatches": wrong, "clocks_per_pixel": round(result.frames[0].clocks_per_pixel, 4),
         "bad_pixels_percent": {name: round(bad_pixels(each, pair.truth, pair.masks["known"]), 2) for name, each in results.items()},
     }
-    _write(folder, pair, results, config.disparities, report | {"seconds": round(time.perf_counter() - start, 1)})
+    _write(folder, pair, results, config.labels, report | {"seconds": round(time.perf_counter() - start, 1)})
     _print(report, result, folder)
     return 1 if wrong else 0
 

@@ -13,6 +13,7 @@ from golden.config import MatcherConfig
 from golden.errors import run_cli
 from golden.files import atomic, check_output
 from golden.lab.evaluate import Figures, average, table
+from golden.matcher.matcher import in_pixels
 from golden.pictures.dataset import PAIRS, data_folder, load_pair
 from golden.pictures.metrics import bad_pixels
 
@@ -33,7 +34,7 @@ def _run(argv: Sequence[str] | None) -> int:
     parser.add_argument("--simulator", choices=SIMULATORS, default=SIMULATORS[0], help="default: %(default)s")
     parser.add_argument("--json", type=Path, metavar="FILE", help="write the figures there too, percent; suffix .json")
     options = parser.parse_args(argv)
-    gateware_config(options, MatcherConfig.DISPARITIES[0])  # before anything is read
+    gateware_config(options, MatcherConfig.LABELS[0])  # before anything is read
     if options.json:
         check_output(options.json, [".json"], "--json")
     require(options.simulator)
@@ -60,12 +61,12 @@ def _run(argv: Sequence[str] | None) -> int:
                                   progress=lines_done)
             done += pair.left.shape[0]
             wrong += mismatches(result, 0, pair.left, pair.right, config)
-            disparity = result.labels[0] / config.disparity_scale
+            disparity = in_pixels(result.fields[0]["disparity"], config)
             figures[pair.name] = {name: bad_pixels(disparity, pair.truth, mask) for name, mask in pair.masks.items()}
             rates[pair.name] = {"clocks_per_pixel": round(result.frames[0].clocks_per_pixel, 4), "seconds": round(result.seconds, 2)}
 
     console = Console()
-    console.print(table({str(config.cost): figures}, column="cost"))
+    console.print(table({config.method.name: figures}, column="cost"))
     for name, rate in rates.items():
         console.print(f"{name}: {rate['clocks_per_pixel']} clocks a pixel, {rate['seconds']} s of simulation", highlight=False)
     console.print(f"Mismatching pixels against golden: {wrong}", highlight=False)

@@ -5,7 +5,6 @@ the golden model's in every pixel.
 """
 
 import contextlib
-import dataclasses
 import json
 import re
 import shutil
@@ -21,10 +20,10 @@ from rich.console import Console
 from rich.table import Table
 
 from golden.cli import Parser, add_gateware_options, gateware_config, progress
-from golden.config import Arithmetic, Cost, MatcherConfig
+from golden.config import MatcherConfig
 from golden.errors import UserError, run_cli
 from golden.files import atomic
-from golden.matcher.confidence import CONFIDENCE_MAX
+from golden.matcher.matcher import in_pixels
 from golden.pictures.dataset import StereoPair, motorcycle
 from golden.pictures.images import colour_map, read_pair, write_picture
 from golden.pictures.metrics import bad_pixels
@@ -94,16 +93,17 @@ def work_folder(folder: Path) -> Iterator[Path]:
 
 def _write(folder: Path, left, right, result: Result, config: MatcherConfig, report: dict) -> None:
     """Leave the results: each file whole, the report last. Disparities are in pixels."""
-    labels = result.labels[0]
+    fields = dict(result.fields[0])
+    labels = fields.pop("disparity")
     for name, picture in (("left", left), ("right", right)):
         write_picture(folder / f"{name}.txt", picture)
-    if config.cost is Cost.FUSED:
-        write_picture(folder / "passed.png", np.where(result.passed[0], 255, 0).astype(np.uint8))
-        write_picture(folder / "confidence.png", (result.confidence[0] * (255 // CONFIDENCE_MAX)).astype(np.uint8))
-    else:
-        write_picture(folder / "disparity.txt", labels)
-    write_picture(folder / "disparity.npy", labels if config.disparity_scale == 1 else labels / config.disparity_scale)
-    write_picture(folder / "disparity.png", colour_map(labels // config.disparity_scale - config.minimum, config.disparities))
+    for name, values in fields.items():
+        write_picture(folder / f"{name}.png", (values * (255 // (2**config.result_fields[name] - 1))).astype(np.uint8))
+    disparity = in_pixels(labels, config)
+    if disparity is labels and labels.max() <= 255:  # what a text picture holds
+        write_picture(folder / "disparity.txt", labels.astype(np.uint8))
+    write_picture(folder / "disparity.npy", disparity)
+    write_picture(folder / "disparity.png", colour_map(labels // config.method.disparity_scale - config.minimum, config.labels))
     with atomic(folder / "report.json") as file:
         file.write((json.dumps(report, indent=2) + "\n").encode())
 
@@ -165,20 +165,18 @@ def _main(argv: Sequence[str] | None) -> int:
     wrong = mismatches(result, 0, left, right, config)
     frame = result.frames[0]
     report = {
-        "engine": str(config.engine), "cost": str(config.cost), "arithmetic": str(config.arithmetic), "simulator": options.simulator,
-        "width": width, "height": height, "disparities": config.disparities, "mismatches": wrong,
+        "engine": str(config.engine), "cost": config.method.name, "arithmetic": str(config.method.arithmetic),
+        "parameters": config.method.about(), "minimum": config.minimum, "simulator": options.simulator,
+        "width": width, "height": height, "disparities": config.labels, "mismatches": wrong,
         "clocks_per_pixel": round(frame.clocks_per_pixel, 4), "latency_clocks": frame.latency,
         "clocks_per_second": round(result.clocks_per_second), "seconds": round(result.seconds, 3),
-        "clocks": result.report["clocks"], "build_seconds": round(result.build_seconds, 3), "weights": config.weights,
+        "clocks": result.report["clocks"], "build_seconds": round(result.build_seconds, 3),
         "total_seconds": round(time.perf_counter() - start, 3),
     }
-    if config.cost is Cost.FUSED:
-        report |= {"minimum": config.minimum, "refinement": dataclasses.asdict(config.refinement)}
-    elif config.arithmetic is Arithmetic.LINEAR:
-        report["fraction_bits"] = config.fraction_bits
     if pair is not None:
         report["pair"] = pair.name
-        report["bad_pixels_percent"] = round(bad_pixels(result.labels[0] / config.disparity_scale, pair.truth, pair.masks["known"]), 2)
+        disparity = in_pixels(result.fields[0]["disparity"], config)
+        report["bad_pixels_percent"] = round(bad_pixels(disparity, pair.truth, pair.masks["known"]), 2)
     _write(folder, left, right, result, config, report)
     _print(report, folder)
     if waves is not None:

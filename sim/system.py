@@ -182,7 +182,7 @@ def _main(argv: Sequence[str] | None) -> int:
 
     start = time.perf_counter()
     labels = match(pair[0], pair[1], size.config)
-    expected = monitor_picture(labels, pair[0], size.display, DisplayMode.DISPARITY, False, size.config.disparities)
+    expected = monitor_picture(labels, pair[0], size.display, DisplayMode.DISPARITY, False, size.config.labels)
     try:
         report, picture = run_full(size, pair, folder)
     except SimulationError as error:

@@ -3,10 +3,8 @@
 May import nothing of the project.
 """
 
-from .matcher import (
-    FUSED_1,
-    FUSED_2,
-    FUSED_3,
+from .fused import CONFIDENCE_BITS, FUSED_1, FUSED_2, FUSED_3, Arms, Fused, FusedCost, Refinement, Vertical
+from .limits import (
     IN_USE_BITS,
     MINIMUM_BITS,
     PIXEL_BITS,
@@ -14,13 +12,20 @@ from .matcher import (
     WEIGHT_BITS,
     WEIGHT_MAX,
     Arithmetic,
-    Cost,
     Engine,
-    FusedParameters,
-    MatcherConfig,
-    Refinement,
+    MatchingCost,
+    Setting,
+    Weights,
 )
+from .matcher import MatcherConfig
+from .method import Method, changed, value_of
+from .one_pass import OnePass
 
 
-__all__ = ["Arithmetic", "Cost", "Engine", "FUSED_1", "FUSED_2", "FUSED_3", "FusedParameters", "IN_USE_BITS", "MINIMUM_BITS",
-           "MatcherConfig", "PIXEL_BITS", "PIXEL_MAX", "Refinement", "WEIGHT_BITS", "WEIGHT_MAX"]
+__all__ = ["Arithmetic", "Arms", "CONFIDENCE_BITS", "Engine", "FUSED_1", "FUSED_2", "FUSED_3", "Fused", "FusedCost", "IN_USE_BITS",
+           "METHODS", "MINIMUM_BITS", "MatcherConfig", "MatchingCost", "Method", "OnePass", "PIXEL_BITS", "PIXEL_MAX", "Refinement",
+           "Setting", "Vertical", "WEIGHT_BITS", "WEIGHT_MAX", "Weights", "changed", "value_of"]
+
+
+#: The methods by name; a method's place is its number in the register map.
+METHODS: dict[str, type[OnePass] | type[Fused]] = {method.name: method for method in (OnePass, Fused)}

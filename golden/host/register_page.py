@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from ..cli import Parser
+from ..config import METHODS, Fused, MatcherConfig
 from ..errors import run_cli
 from ..files import atomic, check_output
 from ..pages import digest, origin
@@ -88,8 +89,10 @@ def _protocol() -> list[str]:
 
 
 _SECTIONS = {
-    Kind.CONSTANT: ("Constants", "Read-only; of the build that the page is for: a matcher of the default parameters."),
-    Kind.PARAMETER: ("Parameters", "Read and written; a new value takes effect at a frame's start."),
+    Kind.CONSTANT: ("Constants", "Read-only; of the build that the page is for: a matcher of the default size with the method `fused`."),
+    Kind.SETTING: ("Settings", "Read and written; a new value takes effect at a frame's start. " + " ".join(
+        f"A matcher with the method `{name}` has {', '.join(f'`{setting}`' for setting in MatcherConfig(method=method()).settings)}."
+        for name, method in METHODS.items())),
     Kind.ACTION: ("Actions", "Write 1; they read as 0."),
     Kind.STATUS: ("Status", "Read-only; how things are now."),
     Kind.COUNTER: ("Counters", f"Read-only; since reset or the last `clear_counters`. They stay at {COUNT_MAX}."),
@@ -100,7 +103,7 @@ def page(registers: RegisterMap) -> str:
     """The page of the map and of the protocol, in Markdown."""
     lines = ["## Protocol", "", *_protocol()]
     for kind, (title, about) in _SECTIONS.items():
-        lines += ["", f"## {title}", "", about, "",
+        lines += ["", f"## {title}", "", _paragraph(about), "",
                   "| address | name | bits | values | reset | unit | meaning |", "|---|---|---:|---|---:|---|---|"]
         lines += [f"| `0x{register.address:02X}` | `{register.name}` | {register.width} | {register.limits} | {register.reset} "
                   f"| {register.unit or '-'} | {register.description} |" for register in registers.of(kind)]
@@ -117,7 +120,7 @@ def _run(argv: Sequence[str] | None) -> None:
     parser.add_argument("--output", type=Path, required=True, metavar="FILE", help="Markdown, .md")
     path = check_output(parser.parse_args(argv).output, [".md"])
     with atomic(path) as file:
-        file.write(page(register_map()).encode())
+        file.write(page(register_map(MatcherConfig(method=Fused()))).encode())
 
 
 def main(argv: Sequence[str] | None = None) -> int:

@@ -4,22 +4,19 @@ import enum
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 
-from ..config import WEIGHT_MAX, Cost, MatcherConfig
+from ..config import METHODS, MatcherConfig
 from ..video.setup_steps import TFP410, TVP5154, Chip, Failure
 from .protocol import Operation, Reply, Status, decode_request
 
 
-__all__ = ["COSTS", "COUNT_MAX", "IDENTITY", "SETUPS", "VERSION", "Kind", "Register", "RegisterMap", "answer", "register_map"]
+__all__ = ["COUNT_MAX", "IDENTITY", "SETUPS", "VERSION", "Kind", "Register", "RegisterMap", "answer", "register_map"]
 
 
 #: What ``identity`` reads as: "SG" in ASCII.
 IDENTITY = int.from_bytes(b"SG", "big")
 
-#: What the values of ``cost`` stand for.
-COSTS = (Cost.THESIS, Cost.FUSED)
-
 #: Of this map: one more whenever a register comes, goes or changes its meaning.
-VERSION = 2
+VERSION = 3
 
 #: Counters stay at their greatest value.
 COUNT_MAX = 2**16 - 1
@@ -28,11 +25,11 @@ COUNT_MAX = 2**16 - 1
 class Kind(enum.StrEnum):
     """What a register is for.
 
-    ``CONSTANT``: fixed when the gateware was built. ``PARAMETER``: set by the host. ``ACTION``: writing 1 does something once; reads as
+    ``CONSTANT``: fixed when the gateware was built. ``SETTING``: set by the host. ``ACTION``: writing 1 does something once; reads as
     0. ``STATUS``: how things are now. ``COUNTER``: events, or a greatest value, since reset or the last ``clear_counters``.
     """
     CONSTANT = "constant"
-    PARAMETER = "parameter"
+    SETTING = "setting"
     ACTION = "action"
     STATUS = "status"
     COUNTER = "counter"
@@ -81,7 +78,7 @@ class Register:
         if not 0 <= self.minimum <= self.maximum <= COUNT_MAX:
             raise ValueError(f"the values of {self.name} must be within 0 .. {COUNT_MAX} in rising order, "
                              f"not {self.minimum} .. {self.maximum}")
-        least = self.minimum if self.kind is Kind.PARAMETER else 0
+        least = self.minimum if self.kind is Kind.SETTING else 0
         if not least <= self.reset <= self.maximum:
             raise ValueError(f"the reset value of {self.name} must be from {least} to {self.maximum}, not {self.reset!r}")
 
@@ -92,12 +89,12 @@ class Register:
 
     @property
     def writable(self) -> bool:
-        return self.kind in (Kind.PARAMETER, Kind.ACTION)
+        return self.kind in (Kind.SETTING, Kind.ACTION)
 
     @property
     def access(self) -> str:
         """``read-only``, ``read-write`` or ``write 1``."""
-        return {Kind.PARAMETER: "read-write", Kind.ACTION: "write 1"}.get(self.kind, "read-only")
+        return {Kind.SETTING: "read-write", Kind.ACTION: "write 1"}.get(self.kind, "read-only")
 
     #: Names of values that take more characters than this are told in a list of their own.
     NAMES_MAX = 60
@@ -158,8 +155,10 @@ SETUPS: Mapping[str, Chip] = {"decoder": TVP5154, "transmitter": TFP410}
 
 _NO_YES = {0: "no", 1: "yes"}
 _OFF_ON = {0: "off", 1: "on"}
-_WEIGHT_UNIT = "grey levels a pixel"
-_FUSED_WEIGHT_UNIT = "fractions of the fused cost a pixel"
+
+# Where the settings are; those of a method that has others follow.
+_SETTINGS = {"u1": 0x10, "u2": 0x11, "u3": 0x12, "in_use": 0x13, "minimum": 0x17, "check": 0x18, "fill": 0x19, "median": 0x1A}
+_OTHER_SETTINGS = range(0x1B, 0x20)
 
 
 def _setup_status() -> Iterator[tuple[str, str, Mapping[int, str]]]:
@@ -170,14 +169,14 @@ def _setup_status() -> Iterator[tuple[str, str, Mapping[int, str]]]:
         yield f"{role}_reason", "why it failed", {failure.value: failure.text for failure in Failure}
 
 
-def _fused_parameters(config: MatcherConfig) -> Iterator[Register]:
-    """Parameters that only the cost ``FUSED`` reads."""
-    yield Register("minimum", 0x17, Kind.PARAMETER, config.MINIMUMS[-1], "least disparity; cost fused", reset=config.minimum,
-                   unit="pixels")
-    for number, (name, what) in enumerate((("check", "left-right check"), ("fill", "fill of pixels that fail the check"),
-                                           ("median", "median of disparities"))):
-        yield Register(name, 0x18 + number, Kind.PARAMETER, 1, f"{what}; cost fused", reset=int(getattr(config.refinement, name)),
-                       words=_OFF_ON)
+def _settings(config: MatcherConfig) -> Iterator[Register]:
+    """The settings of the configuration's matcher."""
+    others = iter(_OTHER_SETTINGS)
+    for name, setting in config.settings.items():
+        greatest = min(setting.maximum, config.labels) if name == "in_use" else setting.maximum
+        address = _SETTINGS[name] if name in _SETTINGS else next(others)
+        yield Register(name, address, Kind.SETTING, greatest, setting.description, minimum=setting.minimum, reset=setting.default,
+                       unit=setting.unit, words={} if setting.unit else _OFF_ON)
 
 
 def _counters() -> Iterator[tuple[str, str, str]]:
@@ -213,31 +212,26 @@ def register_map(config: MatcherConfig | None = None, height: int = 576) -> Regi
         Lines of a picture.
     """
     config = config or MatcherConfig()
-    labels = config.disparities
-    weight_unit = _FUSED_WEIGHT_UNIT if config.cost is Cost.FUSED else _WEIGHT_UNIT
+    labels = config.labels
+    methods = list(METHODS)
 
     def constant(name: str, address: int, value: int, description: str, unit: str = "", **words: Mapping[int, str]) -> Register:
         return Register(name, address, Kind.CONSTANT, value, description, reset=value, unit=unit, minimum=value, **words)
 
-    def parameter(name: str, address: int, reset: int, words: Mapping[int, str], description: str) -> Register:
-        return Register(name, address, Kind.PARAMETER, max(words), description, reset=reset, words=words)
+    def setting(name: str, address: int, reset: int, words: Mapping[int, str], description: str) -> Register:
+        return Register(name, address, Kind.SETTING, max(words), description, reset=reset, words=words)
 
-    return RegisterMap((
+    return RegisterMap(tuple(sorted((
         constant("identity", 0x00, IDENTITY, "tells that this system answers", words={IDENTITY: "stereo graph cut"}),
         constant("version", 0x01, VERSION, "of this register map"),
         constant("disparities", 0x02, labels, "labels that were built in", "labels"),
         constant("width", 0x03, config.max_width, "longest line", "pixels"),
         constant("height", 0x04, height, "lines of a picture", "lines"),
-        Register("cost", 0x05, Kind.CONSTANT, len(COSTS) - 1, "the matching cost that was built in", reset=COSTS.index(config.cost),
-                 words=dict(enumerate(COSTS))),
-        *(Register(f"u{n}", 0x0F + n, Kind.PARAMETER, WEIGHT_MAX, f"weight of the {which} neighbour", reset=weight, unit=weight_unit)
-          for n, which, weight in zip((1, 2, 3), ("left", "upper", "lower"), config.weights, strict=True)),
-        Register("labels", 0x13, Kind.PARAMETER, labels, "labels in use: disparities from 0 to one less", minimum=1, reset=labels,
-                 unit="labels"),
-        parameter("show", 0x14, 0, {0: "disparity", 1: "left", 2: "both"}, "which picture the monitor shows"),
-        parameter("colour", 0x15, 0, {0: "grey", 1: "colour"}, "how disparities are shown"),
-        parameter("hold", 0x16, 0, {0: "live", 1: "frozen"}, "whether the picture on the monitor stands still"),
-        *_fused_parameters(config),
+        constant("method", 0x05, methods.index(config.method.name), "the method that was built in", words=dict(enumerate(methods))),
+        *_settings(config),
+        setting("show", 0x14, 0, {0: "disparity", 1: "left", 2: "both"}, "which picture the monitor shows"),
+        setting("colour", 0x15, 0, {0: "grey", 1: "colour"}, "how disparities are shown"),
+        setting("hold", 0x16, 0, {0: "live", 1: "frozen"}, "whether the picture on the monitor stands still"),
         Register("clear_counters", 0x20, Kind.ACTION, 1, "sets all counters to 0", minimum=1),
         Register("restart_setup", 0x21, Kind.ACTION, 1, "sets the video chips up again", minimum=1),
         *(Register(name, 0x30 + n, Kind.STATUS, max(words), description, words=words)
@@ -252,7 +246,7 @@ def register_map(config: MatcherConfig | None = None, height: int = 576) -> Regi
         }.items())),
         *(Register(name, 0x40 + n, Kind.COUNTER, COUNT_MAX, description, unit=unit)
           for n, (name, unit, description) in enumerate(_counters())),
-    ))
+    ), key=lambda register: register.address)))
 
 
 def answer(registers: RegisterMap, values: Mapping[str, int], frame: bytes) -> tuple[Reply, dict[str, int]]:

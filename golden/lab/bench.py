@@ -8,8 +8,8 @@ from typing import Any
 from rich.console import Console
 from rich.table import Table
 
-from ..cli import Parser, progress
-from ..config import Arithmetic, MatcherConfig
+from ..cli import Parser, check_disparities, progress
+from ..config import Arithmetic, MatcherConfig, OnePass
 from ..errors import UserError, run_cli
 from ..matcher.labelling import match, match_plain
 from ..pictures.scenes import scene
@@ -50,11 +50,9 @@ def run(argv: Sequence[str] | None) -> None:
     if options.plain_rows < 1:
         raise UserError(f"--plain-rows must be at least 1, not {options.plain_rows}; choose a larger one")
     rows = min(options.plain_rows, options.height)
-    try:
-        configs = [MatcherConfig(disparities=options.disparities, arithmetic=arithmetic)
-                   for arithmetic in ([options.arithmetic] if options.arithmetic else Arithmetic)]
-    except ValueError as error:
-        raise UserError(f"--{error}; choose a value in that range") from None
+    check_disparities(options.disparities)
+    configs = [MatcherConfig(options.disparities, method=OnePass(arithmetic))
+               for arithmetic in ([options.arithmetic] if options.arithmetic else Arithmetic)]
 
     left, right, _ = scene(options.width, options.height, options.disparities, seed=1)
     table = Table(title=f"{options.width}x{options.height} pixels, {options.disparities} disparities, single-threaded NumPy",
@@ -64,12 +62,12 @@ def run(argv: Sequence[str] | None) -> None:
     with progress() as bar:
         task = bar.add_task("", total=2 * len(configs))
         for config in configs:
-            bar.update(task, description=f"{config.arithmetic} fast")
+            bar.update(task, description=f"{config.method.arithmetic} fast")
             fast, processor = timed(match, left, right, config)
-            bar.update(task, advance=1, description=f"{config.arithmetic} plain")
+            bar.update(task, advance=1, description=f"{config.method.arithmetic} plain")
             plain = timed(match_plain, left[:rows], right[:rows], config)[0] * options.height / rows
             bar.advance(task)
-            table.add_row(config.arithmetic, f"{fast:.2f}", f"{processor:.2f}", f"{plain:.0f}", f"{plain / fast:.0f}")
+            table.add_row(config.method.arithmetic, f"{fast:.2f}", f"{processor:.2f}", f"{plain:.0f}", f"{plain / fast:.0f}")
     Console().print(table)
 
 

@@ -10,7 +10,7 @@ from rich.console import Console
 from rich.table import Table
 
 from ..cli import STAGES, Parser, add_method_options, method_config, progress
-from ..config import Arithmetic, Cost, MatcherConfig, Refinement
+from ..config import Arithmetic, Fused, MatcherConfig, OnePass, Refinement, value_of
 from ..errors import run_cli
 from ..files import check_output, write_json
 from ..matcher.matcher import disparities as match
@@ -95,20 +95,24 @@ def _stages(refinement: Refinement) -> str:
     return " + ".join([*words, "sub-pixel"] if refinement.sub_pixel else words)
 
 
+def _refined(config: MatcherConfig, refinement: Refinement) -> MatcherConfig:
+    return dataclasses.replace(config, method=dataclasses.replace(config.method_as(Fused), refinement=refinement))
+
+
 def _rows(options: argparse.Namespace) -> dict[str, Configure]:
     """What the options ask for: the configuration of every row, for a number of disparities."""
-    if options.cost is Cost.THESIS:
+    if options.cost == OnePass.name:
         def thesis(arithmetic: Arithmetic) -> Configure:
             return lambda disparities: method_config(options, disparities, arithmetic)
 
         return {str(each): thesis(each) for each in ([options.arithmetic] if options.arithmetic else Arithmetic)}
 
     def fused(refinement: Refinement) -> Configure:
-        return lambda disparities: dataclasses.replace(method_config(options, disparities), refinement=refinement)
+        return lambda disparities: _refined(method_config(options, disparities), refinement)
 
-    asked = method_config(options, MatcherConfig.DISPARITIES[0]).refinement
+    asked = method_config(options, MatcherConfig.LABELS[0]).method_as(Fused).refinement
     whole = dataclasses.replace(asked, sub_pixel=False)
-    alone = Refinement(check=False, fill=False, median=False)
+    alone = dataclasses.replace(whole, check=False, fill=False, median=False)
     by_default = all(getattr(options, name) is None for name in ("refine", *STAGES))
     # Each once, in this order.
     return {_stages(each): fused(each) for each in ([alone] if by_default else []) + [whole, asked]}
@@ -136,14 +140,14 @@ def run(argv: Sequence[str] | None) -> None:
     if output:
         one = sample[0]  # rows differ in arithmetic or in stages only
         document: dict[str, Any] = {
-            "unit": f"percent of pixels off by more than {options.threshold:g} pixel", "cost": one.cost,
-            "fraction_bits": one.fused.energy_shift if one.cost is Cost.FUSED else one.fraction_bits,
-            **dict(zip(("u1", "u2", "u3"), one.weights, strict=True)),
+            "unit": f"percent of pixels off by more than {options.threshold:g} pixel", "cost": one.method.name,
+            "fraction_bits": value_of(one.method, "energy_shift" if options.cost == Fused.name else "fraction_bits"),
+            **one.method.weights._asdict(),
             "rows": [
-                {"arithmetic": config.arithmetic, **({"stages": name} if config.cost is Cost.FUSED else {}), "average": average(figures),
-                 "pairs": figures} for config, (name, figures) in zip(sample, results.items(), strict=True)]}
+                {"arithmetic": config.method.arithmetic, **({"stages": name} if options.cost == Fused.name else {}),
+                 "average": average(figures), "pairs": figures} for config, (name, figures) in zip(sample, results.items(), strict=True)]}
         write_json(output, document)
-    Console().print(table(results, options.threshold, "arithmetic" if options.cost is Cost.THESIS else "fused cost"))
+    Console().print(table(results, options.threshold, "arithmetic" if options.cost == OnePass.name else "fused cost"))
 
 
 def main(argv: Sequence[str] | None = None) -> int:

@@ -10,7 +10,7 @@ from rich.console import Console
 from rich.table import Table
 
 from ..cli import Parser, add_method_options, method_config, progress
-from ..config import Cost
+from ..config import Fused
 from ..errors import UserError, run_cli
 from ..files import check_output
 from ..matcher.fused import match
@@ -90,7 +90,7 @@ def parser() -> Parser:
         "Bad pixels among those that are kept when the least confident are dropped, on the four pairs of the Middlebury benchmark (all), "
         "and the area between that curve and an oracle's (AUSE): 0 is perfect, the last column is that of confidence which knows nothing."))
     add_data_option(result)
-    add_method_options(result, cost=Cost.FUSED)
+    add_method_options(result, cost=Fused.name)
     result.add_argument("--output", type=Path, metavar="FILE", help=f"draw the curves there; suffix {', '.join(SHEET_SUFFIXES)}")
     return result
 
@@ -98,7 +98,7 @@ def parser() -> Parser:
 def run(argv: Sequence[str] | None) -> None:
     """The command; :class:`UserError` on bad input."""
     options = parser().parse_args(argv)
-    if options.cost is not Cost.FUSED:
+    if options.cost != Fused.name:
         raise UserError(f"--cost {options.cost} has no confidence; choose --cost fused")
     method_config(options, max(disparities for disparities, _ in PAIRS.values()))
     output = check_output(options.output, SHEET_SUFFIXES) if options.output else None

@@ -1,7 +1,6 @@
 """`python -m golden tune`: search for better parameters of the fused cost."""
 
 import argparse
-import dataclasses
 import warnings
 from collections.abc import Sequence
 from pathlib import Path
@@ -12,7 +11,7 @@ from rich.console import Console
 from rich.table import Table
 
 from ..cli import Parser, progress
-from ..config import FUSED_1, Arithmetic, Cost, FusedParameters, MatcherConfig
+from ..config import FUSED_1, Fused, MatcherConfig, changed, value_of
 from ..errors import UserError, run_cli
 from ..files import check_output
 from ..matcher.parameters import PARAMETER_SUFFIX, read_parameters, write_parameters
@@ -29,8 +28,8 @@ __all__ = ["SPACE", "main", "objective", "search"]
 SPACE = {
     "truncation": range(40, 401), "census_weight": range(0, 101), "cost_outside": range(1, 81),
     "census_rows": range(3, 8, 2), "census_columns": range(3, 10, 2), "arm_threshold": range(3, 31), "reach": range(4, 32),
-    "u1": range(1, 64), "u2": range(1, 64), "u3": range(1, 64), "median": range(3, 6, 2),
-    "vertical": range(2), "vertical_threshold": range(3, 61),
+    "u1": range(1, 64), "u2": range(1, 64), "u3": range(1, 64), "median_size": range(3, 6, 2),
+    "vertical_lines": range(2), "vertical_threshold": range(3, 61),
 }
 
 # Trials that are asked for together and told together: the search is the same on any number of processors.
@@ -41,13 +40,12 @@ ATTEMPTS = 400
 BUILT_IN = {"motorcycle": "the Motorcycle pair of scikit-image", "scenes": "synthetic scenes with occlusions"}
 
 
-def objective(pair: StereoPair, params: FusedParameters) -> dict[str, float]:
+def objective(pair: StereoPair, params: Fused) -> dict[str, float]:
     """Percentage of bad pixels of a pair for each of its masks, all stages of the refinement on."""
-    return evaluate([pair], lambda disparities: MatcherConfig(
-        disparities=disparities, arithmetic=Arithmetic.LINEAR, cost=Cost.FUSED, fused=params))[pair.name]
+    return evaluate([pair], lambda disparities: MatcherConfig(disparities, method=params))[pair.name]
 
 
-def _figures(run: Run, pairs: Sequence[StereoPair], candidates: Sequence[FusedParameters]) -> list[dict[str, dict[str, float]]]:
+def _figures(run: Run, pairs: Sequence[StereoPair], candidates: Sequence[Fused]) -> list[dict[str, dict[str, float]]]:
     """Figures of every candidate on every pair."""
     jobs = [(objective, pair, params) for params in candidates for pair in pairs]
     found: dict[int, dict[str, float]] = {}
@@ -55,21 +53,21 @@ def _figures(run: Run, pairs: Sequence[StereoPair], candidates: Sequence[FusedPa
     return [{pair.name: found[len(pairs) * number + at] for at, pair in enumerate(pairs)} for number in range(len(candidates))]
 
 
-def _suggest(trial: Any, names: Sequence[str], start: FusedParameters, cost_bits: int) -> FusedParameters | None:
+def _suggest(trial: Any, names: Sequence[str], start: Fused, cost_bits: int) -> Fused | None:
     """Parameters to try; None if their cost does not fit."""
     values = {}
     for name in names:
         greatest = min(SPACE[name][-1], (1 << cost_bits) - 1) if name == "cost_outside" else SPACE[name][-1]
         values[name] = trial.suggest_int(name, SPACE[name][0], greatest, step=SPACE[name].step)
     try:
-        params = dataclasses.replace(start, **values)
+        params = changed(start, **values)
     except ValueError:  # more than eight bits
         return None
-    return params if params.cost_max.bit_length() <= cost_bits else None
+    return params if params.cost.maximum.bit_length() <= cost_bits else None
 
 
-def search(run: Run, pairs: Sequence[StereoPair], names: Sequence[str], trials: int, seed: int, start: FusedParameters = FUSED_1,
-           advance: Any = None, cost_bits: int = 8) -> tuple[FusedParameters, float]:
+def search(run: Run, pairs: Sequence[StereoPair], names: Sequence[str], trials: int, seed: int, start: Fused = FUSED_1,
+           advance: Any = None, cost_bits: int = 8) -> tuple[Fused, float]:
     """Parameters of the least average of bad pixels on ``pairs``; the search is Optuna's TPE, and the same for the same seed.
 
     Parameters
@@ -89,7 +87,7 @@ def search(run: Run, pairs: Sequence[StereoPair], names: Sequence[str], trials: 
 
     Returns
     -------
-    params : FusedParameters
+    params : Fused
     value : float
         Average of all masks of all pairs, percent.
     """
@@ -101,7 +99,7 @@ def search(run: Run, pairs: Sequence[StereoPair], names: Sequence[str], trials: 
         warnings.simplefilter("ignore", optuna.exceptions.ExperimentalWarning)
         sampler = optuna.samplers.TPESampler(seed=seed, n_startup_trials=2 * BATCH, multivariate=True, constant_liar=True)
     study = optuna.create_study(sampler=sampler)
-    study.enqueue_trial({name: getattr(start, name) for name in names})
+    study.enqueue_trial({name: value_of(start, name) for name in names})
     best, least = start, float("inf")
     for done in range(0, trials, BATCH):
         candidates = []  # (trial, parameters)
@@ -180,11 +178,11 @@ def run(argv: Sequence[str] | None) -> None:
     output = check_output(options.output, (PARAMETER_SUFFIX,))
     start = read_parameters(options.start) if options.start else FUSED_1
     for name in options.search:
-        if getattr(start, name) not in SPACE[name]:
-            raise UserError(f"{options.start or 'fused-1'} has {name} = {getattr(start, name)}, which is not within the "
+        if value_of(start, name) not in SPACE[name]:
+            raise UserError(f"{options.start or 'fused-1'} has {name} = {value_of(start, name)}, which is not within the "
                             f"{SPACE[name][0]} to {SPACE[name][-1]} of the search; leave it out of --search")
-    if start.cost_max.bit_length() > options.cost_bits:
-        raise UserError(f"the cost of the start reaches {start.cost_max}, more than --cost-bits {options.cost_bits} hold; "
+    if start.cost.maximum.bit_length() > options.cost_bits:
+        raise UserError(f"the cost of the start reaches {start.cost.maximum}, more than --cost-bits {options.cost_bits} hold; "
                         "start from parameters with a greater cost_shift")
     train, test = _pairs(options.train, "--train"), _pairs(options.test, "--test")
     common = {pair.name for pair in train} & {pair.name for pair in test}
@@ -196,9 +194,9 @@ def run(argv: Sequence[str] | None) -> None:
         task = bar.add_task("", total=options.trials)
 
         places = ", ".join(pair.name for pair in train)
-        written: FusedParameters | None = None
+        written: Fused | None = None
 
-        def advance(done: int, least: float, best: FusedParameters) -> None:
+        def advance(done: int, least: float, best: Fused) -> None:
             nonlocal written
             bar.update(task, completed=done, description=f"least average {least:.2f} %")
             if best != written or done == options.trials:  # what an interrupted search has found is kept
@@ -217,9 +215,9 @@ def run(argv: Sequence[str] | None) -> None:
             table.add_row("" if number else part, name, *(f"{np.mean(list(figures[name].values())):.2f}" for figures in (before, after)))
         table.add_row("", "average", f"{average(before):.2f}", f"{average(after):.2f}", end_section=True)
     Console().print(table)
-    changed = [f"{field.name} {getattr(start, field.name)} -> {getattr(best, field.name)}" for field in dataclasses.fields(best)
-               if getattr(start, field.name) != getattr(best, field.name)]
-    print(f"{output}: {', '.join(changed) or 'nothing better than the start'}")
+    others = [f"{name} {value_of(start, name)} -> {value_of(best, name)}" for name in Fused.LIMITS
+              if value_of(start, name) != value_of(best, name)]
+    print(f"{output}: {', '.join(others) or 'nothing better than the start'}")
 
 
 def main(argv: Sequence[str] | None = None) -> int:

@@ -2,19 +2,19 @@
 
 import numpy as np
 
-from ..config import FUSED_1, FusedParameters
+from ..config import FUSED_1, FusedCost
 
 
 __all__ = ["census", "census_plain", "hamming"]
 
 
-def _offsets(params: FusedParameters) -> list[tuple[int, int]]:
+def _offsets(params: FusedCost) -> list[tuple[int, int]]:
     """``(dy, dx)`` of the neighbours in reading order: bit 0 is the upper left one; the centre has no bit."""
     dy, dx = params.census_rows // 2, params.census_columns // 2
     return [(y, x) for y in range(-dy, dy + 1) for x in range(-dx, dx + 1) if (y, x) != (0, 0)]
 
 
-def census(picture, params: FusedParameters = FUSED_1):
+def census(picture, params: FusedCost = FUSED_1.cost):
     """Census of every pixel: a bit for each neighbour in the window, set where the neighbour is darker than the centre.
 
     A pixel outside the picture repeats its nearest picture pixel.
@@ -31,7 +31,7 @@ def census(picture, params: FusedParameters = FUSED_1):
 
     Examples
     --------
-    >>> [f"{bits:b}" for bits in census(np.array([[5, 7, 6]]), FusedParameters(census_rows=1, census_columns=3)).ravel().tolist()]
+    >>> [f"{bits:b}" for bits in census(np.array([[5, 7, 6]]), FusedCost(census_rows=1, census_columns=3)).ravel().tolist()]
     ['0', '11', '0']
     """
     picture = np.asarray(picture)
@@ -65,7 +65,7 @@ def hamming(left, right):
     return np.bitwise_count(left ^ right)
 
 
-def census_plain(picture, params: FusedParameters = FUSED_1):
+def census_plain(picture, params: FusedCost = FUSED_1.cost):
     """:func:`census`, pixel by pixel: for reading, and to test the fast version against."""
     height, width = np.shape(picture)
     lines = np.asarray(picture).tolist()

@@ -3,11 +3,12 @@
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
+from ..config import CONFIDENCE_BITS
 
-__all__ = ["CONFIDENCE_BITS", "CONFIDENCE_MAX", "WINDOW", "confidence", "confidence_plain"]
+
+__all__ = ["CONFIDENCE_MAX", "WINDOW", "confidence", "confidence_plain"]
 
 
-CONFIDENCE_BITS = 4
 CONFIDENCE_MAX = 2**CONFIDENCE_BITS - 1
 
 WINDOW = 5  # pixels; the window of the default median, whose labels are at hand

@@ -41,7 +41,7 @@ def outside(width, config: MatcherConfig):
     -------
     (W, D) bool ndarray
     """
-    label = np.arange(config.disparities)
+    label = np.arange(config.labels)
     return (label + config.minimum > np.arange(width)[:, None]) | (label >= config.labels_in_use)
 
 
@@ -64,14 +64,14 @@ def sub_pixels(picture, config: MatcherConfig):
 
     Examples
     --------
-    >>> [part.tolist() for part in sub_pixels(np.array([[3, 4], [6, 8]]), MatcherConfig(disparities=2))]
+    >>> [part.tolist() for part in sub_pixels(np.array([[3, 4], [6, 8]]), MatcherConfig(labels=2))]
     [[[3, 4, 4], [6, 8, 8]], [[3, 4, 4], [4, 6, 6]], [[4, 6, 6], [6, 8, 8]], [[3, 3, 4], [6, 7, 8]]]
     """
-    exact = config.arithmetic is Arithmetic.FLOAT
+    exact = config.method.arithmetic is Arithmetic.FLOAT
     padded = np.pad(np.asarray(picture, dtype=np.float64 if exact else np.int16), ((1, 1), (1, 1)), mode="edge")
     centre, minus, plus, before = padded[1:-1, 1:], padded[:-2, 1:], padded[2:, 1:], padded[1:-1, :-1]
     sums = centre + centre, centre + minus, centre + plus, centre + before
-    match config.arithmetic:
+    match config.method.arithmetic:
         case Arithmetic.FLOAT:
             return tuple(part * 0.5 for part in sums)
         case Arithmetic.THESIS:
@@ -147,19 +147,19 @@ def matching_cost(left, right, config: MatcherConfig):
     Returns
     -------
     (H, W, D) ndarray
-        Grey levels (``LINEAR``: half grey levels), at most ``config.cost_max``; ``config.cost_outside`` where ``d > x`` or
-        ``d`` is not in use.
+        Grey levels (``LINEAR``: half grey levels), at most ``inside_max`` of :class:`golden.config.MatchingCost`; its ``outside`` where
+        ``d > x`` or ``d`` is not in use.
         int16, or float64 for ``FLOAT``.
     """
     height, width = np.shape(left)
-    labels = config.disparities
+    labels = config.labels
     left_parts, right_parts = sub_pixels(left, config), sub_pixels(delayed(right, config.minimum), config)
     beyond = outside(width, config)
     cost = np.empty((height, width, labels), dtype=left_parts[0].dtype)
     for y in range(height):
         windows = [sub_pixel_buffers(part[y], labels) for part in right_parts]
         cost[y] = edata(cost_energy([part[y, :, None] for part in left_parts], windows))
-        cost[y][beyond] = config.cost_outside
+        cost[y][beyond] = config.method.matching_cost.outside
     return cost
 
 

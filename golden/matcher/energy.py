@@ -27,13 +27,13 @@ def energy(labels, cost, left, config: MatcherConfig):
     Returns
     -------
     float or int
-        In units of the energy of ``config.arithmetic``; exact for integers.
+        In units of the energy of ``config.method.arithmetic``; exact for integers.
     """
     labels = np.asarray(labels, dtype=np.int64)
     data = np.take_along_axis(cost, labels[..., None], axis=-1)[..., 0].sum(dtype=np.result_type(cost, np.int64))
     w1, w2, w3 = slopes(left, config)
     horizontal, vertical = np.abs(np.diff(labels, axis=1)), np.abs(np.diff(labels, axis=0))
     terms = [horizontal * w1[:, 1:], vertical * w2[1:], vertical * w3[:-1]]
-    if config.arithmetic is Arithmetic.THESIS:
+    if config.method.arithmetic is Arithmetic.THESIS:
         terms = [term >> 8 for term in terms]
-    return (data * config.energy_scale + sum(term.sum() for term in terms)).item()
+    return (data * config.method.energy_scale + sum(term.sum() for term in terms)).item()

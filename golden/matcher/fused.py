@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..config import Cost, MatcherConfig
+from ..config import Fused, MatcherConfig
 from .confidence import confidence
 from .labelling import scan, slopes
 from .refine import check, fill, median, right_view
@@ -15,11 +15,11 @@ from .support import arms, fused_cost, support_sizes, support_sums
 from .vertical import vertical_support
 
 
-__all__ = ["Fused", "Stages", "labelling", "labelling_plain", "match", "stages"]
+__all__ = ["FusedMatch", "Stages", "labelling", "labelling_plain", "match", "stages"]
 
 
 @dataclass(frozen=True)
-class Fused:
+class FusedMatch:
     """What the method gives for every pixel.
 
     Parameters
@@ -65,7 +65,8 @@ def labelling(sums, n, left, config: MatcherConfig):
     (H, W) int32 ndarray
         Labels ``0 .. D-1``.
     """
-    return scan(sums, np.argmin(sums, axis=-1), slopes(left, config) * np.asarray(n, dtype=np.int32), config.energy_scale)
+    weights = slopes(left, config) * np.asarray(n, dtype=np.int32)
+    return scan(sums, np.argmin(sums, axis=-1), weights, config.method.energy_scale)
 
 
 @dataclass(frozen=True)
@@ -83,7 +84,7 @@ class Stages:
     passed : (H, W) bool ndarray
         Whether the check passed; everywhere without one.
     found : (H, W) int32 ndarray
-        Labels, times ``config.disparity_scale``.
+        Labels, times ``config.method.disparity_scale``.
     """
     sums: NDArray[Any]
     n: NDArray[Any]
@@ -94,19 +95,18 @@ class Stages:
 
 def stages(left, right, config: MatcherConfig) -> Stages:
     """Cost, support, rule, check and sub-pixel labels: all but what looks at neighbouring disparities. Parameters as of :func:`match`."""
-    if config.cost is not Cost.FUSED:
-        raise ValueError(f"this is the matcher of the cost fused, not {config.cost}; take golden.matcher.labelling.match")
-    l, r = arms(left, config.fused)
+    method = config.method_as(Fused)
+    l, r = arms(left, method.arms)
     n = support_sizes(l, r)
-    cost = vertical_support(fused_cost(left, right, config), left, config.fused)
+    cost = vertical_support(fused_cost(left, right, config), left, method.vertical)
     sums = support_sums(cost, l, r)
     labels = labelling(sums, n, left, config)
     from_right = right_view(cost, config)
-    passed = check(labels, from_right, config) if config.refinement.check else np.ones(labels.shape, dtype=bool)
-    return Stages(sums, n, from_right, passed, sub_pixel_labels(sums, labels, passed) if config.refinement.sub_pixel else labels)
+    passed = check(labels, from_right, config) if method.refinement.check else np.ones(labels.shape, dtype=bool)
+    return Stages(sums, n, from_right, passed, sub_pixel_labels(sums, labels, passed) if method.refinement.sub_pixel else labels)
 
 
-def match(left, right, config: MatcherConfig) -> Fused:
+def match(left, right, config: MatcherConfig) -> FusedMatch:
     """Disparities of a rectified pair by the second method.
 
     Parameters
@@ -115,32 +115,32 @@ def match(left, right, config: MatcherConfig) -> Fused:
         Grey levels ``0..255``.
     """
     found = stages(left, right, config)
-    scale = config.disparity_scale
-    filled = fill(found.found, found.passed) if config.refinement.fill else found.found
-    result = median(filled, config.fused.median) if config.refinement.median else filled
-    return Fused(result + config.minimum * scale, found.passed, confidence(result, filled, found.passed, found.n, scale), scale)
+    refinement, scale = config.method_as(Fused).refinement, config.method.disparity_scale
+    filled = fill(found.found, found.passed) if refinement.fill else found.found
+    result = median(filled, refinement.median_size) if refinement.median else filled
+    return FusedMatch(result + config.minimum * scale, found.passed, confidence(result, filled, found.passed, found.n, scale), scale)
 
 
 def labelling_plain(sums, n, left, config: MatcherConfig):
     """:func:`labelling`, pixel by pixel: the rule for reading."""
     height, width, labels = sums.shape
-    u1, u2, u3 = config.weights
+    u1, u2, u3 = config.method.weights
     local = np.argmin(sums, axis=-1).tolist()
     grey = np.asarray(left).tolist()
     result = [[0] * width for _ in range(height)]
     for y in range(height):
         for x in range(width):
-            def slope(u, other, y=y, x=x):
+            def weight(u, other, y=y, x=x):
                 return int(n[y, x]) * (u * (256 - abs(grey[y][x] - other)) >> 8)
 
             # (label of the neighbour, slope); a neighbour outside the picture adds nothing.
             neighbours = []
             if x > 0:
-                neighbours.append((result[y][x - 1], slope(u1, grey[y][x - 1])))
+                neighbours.append((result[y][x - 1], weight(u1, grey[y][x - 1])))
             if y > 0:
-                neighbours.append((result[y - 1][x], slope(u2, grey[y - 1][x])))
+                neighbours.append((result[y - 1][x], weight(u2, grey[y - 1][x])))
             if y < height - 1:
-                neighbours.append((local[y + 1][x], slope(u3, grey[y + 1][x])))
-            energy = [(int(sums[y, x, d]) << config.fused.energy_shift) + sum(w * abs(d - f) for f, w in neighbours) for d in range(labels)]
+                neighbours.append((local[y + 1][x], weight(u3, grey[y + 1][x])))
+            energy = [int(sums[y, x, d]) * config.method.energy_scale + sum(w * abs(d - f) for f, w in neighbours) for d in range(labels)]
             result[y][x] = energy.index(min(energy))
     return np.array(result, dtype=np.int32)

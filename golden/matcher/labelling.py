@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from ..config import Arithmetic, Cost, MatcherConfig
+from ..config import Arithmetic, MatcherConfig, OnePass
 from .cost import delayed, local_disparity, matching_cost
 from .smooth import slope, smooth
 
@@ -25,11 +25,11 @@ def slopes(left, config: MatcherConfig):
     left = np.asarray(left, dtype=np.int32)
     horizontal = np.abs(np.diff(left, axis=1))
     vertical = np.abs(np.diff(left, axis=0))
-    result = np.zeros((3, *left.shape), dtype=np.float64 if config.arithmetic is Arithmetic.FLOAT else np.int32)
-    u1, u2, u3 = config.weights
-    result[0, :, 1:] = slope(horizontal, u1, config)
-    result[1, 1:, :] = slope(vertical, u2, config)
-    result[2, :-1, :] = slope(vertical, u3, config)
+    result = np.zeros((3, *left.shape), dtype=np.float64 if config.method.arithmetic is Arithmetic.FLOAT else np.int32)
+    weights = config.method.weights
+    result[0, :, 1:] = slope(horizontal, weights.u1, config)
+    result[1, 1:, :] = slope(vertical, weights.u2, config)
+    result[2, :-1, :] = slope(vertical, weights.u3, config)
     return result
 
 
@@ -108,8 +108,8 @@ def labelling(cost, local, left, config: MatcherConfig):
         Labels ``0 .. D-1``.
     """
     # THESIS floors after the product with the disparity difference; the others' slopes are final.
-    shift = 8 if config.arithmetic is Arithmetic.THESIS else 0
-    return scan(cost, local, slopes(left, config), config.energy_scale, shift)
+    shift = 8 if config.method.arithmetic is Arithmetic.THESIS else 0
+    return scan(cost, local, slopes(left, config), config.method.energy_scale, shift)
 
 
 def cost_summation(cost, s1, s2, s3, config: MatcherConfig):  # type: ignore[no-untyped-def]
@@ -125,7 +125,7 @@ def cost_summation(cost, s1, s2, s3, config: MatcherConfig):  # type: ignore[no-
     (..., D) ndarray
         In units of the energy, at most ``config.energy_max``.
     """
-    return np.asarray(cost, dtype=np.result_type(cost, np.int32)) * config.energy_scale + s1 + s2 + s3
+    return np.asarray(cost, dtype=np.result_type(cost, np.int32)) * config.method.energy_scale + s1 + s2 + s3
 
 
 def transition(energy, slope):  # type: ignore[no-untyped-def]
@@ -169,8 +169,7 @@ def match(left, right, config: MatcherConfig):
     (H, W) int32 ndarray
         Pixels, ``config.minimum .. config.minimum + D-1``.
     """
-    if config.cost is not Cost.THESIS:
-        raise ValueError(f"this is the matcher of the cost thesis, not {config.cost}; take golden.matcher.fused.match")
+    config.method_as(OnePass)
     cost = matching_cost(left, right, config)
     return labelling(cost, local_disparity(cost), left, config) + config.minimum
 
@@ -178,18 +177,18 @@ def match(left, right, config: MatcherConfig):
 def labelling_plain(cost, local, left, config: MatcherConfig):
     """:func:`labelling`, pixel by pixel: the rule for reading."""
     height, width, labels = cost.shape
-    scale = config.energy_scale
+    scale = config.method.energy_scale
     result = np.zeros((height, width), dtype=np.int32)
     for y in range(height):
         for x in range(width):
             # (label of the neighbour, its grey level, weight); a neighbour outside the picture adds nothing.
             neighbours = []
             if x > 0:
-                neighbours.append((result[y, x - 1], left[y, x - 1], config.u1))
+                neighbours.append((result[y, x - 1], left[y, x - 1], config.method.weights.u1))
             if y > 0:
-                neighbours.append((result[y - 1, x], left[y - 1, x], config.u2))
+                neighbours.append((result[y - 1, x], left[y - 1, x], config.method.weights.u2))
             if y < height - 1:
-                neighbours.append((local[y + 1, x], left[y + 1, x], config.u3))
+                neighbours.append((local[y + 1, x], left[y + 1, x], config.method.weights.u3))
             best = None
             for d in range(labels):
                 energy = cost[y, x, d].item() * scale
@@ -210,7 +209,7 @@ def match_plain(left, right, config: MatcherConfig):
 
     def sub_pixel(picture, x, y, dx, dy):
         total = pixel(picture, x, y) + pixel(picture, x + dx, y + dy)
-        match config.arithmetic:
+        match config.method.arithmetic:
             case Arithmetic.FLOAT:
                 return total * 0.5
             case Arithmetic.THESIS:
@@ -220,12 +219,12 @@ def match_plain(left, right, config: MatcherConfig):
 
     def energy(x, y, d):
         if d + config.minimum > x or d >= config.labels_in_use:
-            return config.cost_outside
+            return config.method.matching_cost.outside
         return sum(
             abs(sub_pixel(left, x, y, dx, dy) - sub_pixel(right, x - d, y, dx, dy))
             for dx, dy in ((0, 0), (0, -1), (0, 1), (-1, 0), (1, 0))
         )
 
-    cost = np.array([[[energy(x, y, d) for d in range(config.disparities)] for x in range(width)] for y in range(height)])
-    local = np.array([[min(range(config.disparities), key=line[x].__getitem__) for x in range(width)] for line in cost])
+    cost = np.array([[[energy(x, y, d) for d in range(config.labels)] for x in range(width)] for y in range(height)])
+    local = np.array([[min(range(config.labels), key=line[x].__getitem__) for x in range(width)] for line in cost])
     return labelling_plain(cost, local, np.asarray(left), config) + config.minimum

@@ -1,14 +1,35 @@
-"""Disparities of a pair, whichever method the configuration asks for."""
+"""Results of a pair, whichever method the configuration has: the method's golden functions, found by its class."""
 
-from ..config import Cost, MatcherConfig
+from collections.abc import Callable
+from typing import Any
+
+from numpy.typing import NDArray
+
+from ..config import Fused, MatcherConfig, OnePass
 from . import fused, labelling
 
 
-__all__ = ["disparities"]
+__all__ = ["MATCHERS", "disparities", "in_pixels", "match"]
 
 
-def disparities(left, right, config: MatcherConfig):  # type: ignore[no-untyped-def]
-    """Disparities of a rectified pair by the method of ``config.cost``.
+Fields = dict[str, NDArray[Any]]
+
+
+def _one_pass(left: NDArray[Any], right: NDArray[Any], config: MatcherConfig) -> Fields:
+    return {"disparity": labelling.match(left, right, config)}
+
+
+def _fused(left: NDArray[Any], right: NDArray[Any], config: MatcherConfig) -> Fields:
+    result = fused.match(left, right, config)
+    return {"disparity": result.disparity, "passed": result.passed, "confidence": result.confidence}
+
+
+#: Method to the function that gives its result's fields; a method of somebody else's adds its own.
+MATCHERS: dict[type, Callable[[NDArray[Any], NDArray[Any], MatcherConfig], Fields]] = {OnePass: _one_pass, Fused: _fused}
+
+
+def match(left, right, config: MatcherConfig) -> Fields:
+    """All that the method of ``config`` gives for a rectified pair: the gateware's output words, field by field.
 
     Parameters
     ----------
@@ -17,7 +38,18 @@ def disparities(left, right, config: MatcherConfig):  # type: ignore[no-untyped-
 
     Returns
     -------
-    (H, W) ndarray
-        Pixels: int32, or float64 with sub-pixel disparities.
+    dict of str to (H, W) ndarray
+        Names as in ``config.result_fields``; ``disparity`` in units of ``1 / config.method.disparity_scale`` pixel.
     """
-    return fused.match(left, right, config).pixels if config.cost is Cost.FUSED else labelling.match(left, right, config)
+    return MATCHERS[type(config.method)](left, right, config)
+
+
+def in_pixels(disparity: NDArray[Any], config: MatcherConfig) -> NDArray[Any]:
+    """Disparities of a result in pixels: as they are, or float64 with sub-pixel disparities, which it holds exactly."""
+    scale = config.method.disparity_scale
+    return disparity if scale == 1 else disparity / scale
+
+
+def disparities(left, right, config: MatcherConfig):  # type: ignore[no-untyped-def]
+    """Disparities of a rectified pair by :func:`match`, in pixels."""
+    return in_pixels(match(left, right, config)["disparity"], config)

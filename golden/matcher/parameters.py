@@ -1,11 +1,10 @@
 """Parameters of the fused cost, by name or in files."""
 
-import dataclasses
 import os
 import tomllib
 from pathlib import Path
 
-from ..config import FUSED_1, FUSED_2, FUSED_3, FusedParameters
+from ..config import FUSED_1, FUSED_2, FUSED_3, Fused, changed, value_of
 from ..errors import UserError
 from ..files import atomic
 
@@ -20,7 +19,7 @@ TABLE = "fused"
 NAMED = {"fused-1": FUSED_1, "fused-2": FUSED_2, "fused-3": FUSED_3}
 
 
-def read_parameters(path: str | os.PathLike[str]) -> FusedParameters:
+def read_parameters(path: str | os.PathLike[str]) -> Fused:
     """The set of that name of :data:`NAMED`, or the parameters in the table ``[fused]`` of a TOML file.
 
     What a file does not name is that of *fused-1*. :class:`UserError` if it is neither.
@@ -38,19 +37,18 @@ def read_parameters(path: str | os.PathLike[str]) -> FusedParameters:
     values = document.get(TABLE)
     if not isinstance(values, dict) or len(document) > 1:
         raise UserError(f"{path} is not one table [{TABLE}]; name a file that golden tune has written")
-    names = [field.name for field in dataclasses.fields(FusedParameters)]
     for name in values:
-        if name not in names:
-            raise UserError(f"{path} names {name}, which is no parameter; those are {', '.join(names)}")
+        if name not in Fused.LIMITS:
+            raise UserError(f"{path} names {name}, which is no parameter; those are {', '.join(Fused.LIMITS)}")
     try:
-        return FusedParameters(**values)
+        return changed(FUSED_1, **values)
     except ValueError as error:
         raise UserError(f"{path}: {error}; correct the file") from None
 
 
-def write_parameters(path: str | os.PathLike[str], params: FusedParameters, note: str) -> None:
+def write_parameters(path: str | os.PathLike[str], params: Fused, note: str) -> None:
     """Write parameters for :func:`read_parameters`, below a line of comment for each line of ``note``."""
     lines = [*(f"# {line}" for line in note.splitlines()), f"[{TABLE}]"]
-    lines += [f"{name} = {value}" for name, value in dataclasses.asdict(params).items()]
+    lines += [f"{name} = {value_of(params, name)}" for name in Fused.LIMITS]
     with atomic(path) as file:
         file.write("".join(f"{line}\n" for line in lines).encode())

@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.lib.stride_tricks import as_strided, sliding_window_view
 
-from ..config import MatcherConfig
+from ..config import Fused, MatcherConfig
 
 
 __all__ = ["check", "check_plain", "fill", "fill_plain", "median", "median_plain", "right_view", "right_view_plain"]
@@ -26,7 +26,7 @@ def right_view(cost, config: MatcherConfig):
 
     Examples
     --------
-    >>> right_view(np.array([[[5, 9], [4, 4], [7, 6]]], dtype=np.uint8), MatcherConfig(disparities=2)).tolist()
+    >>> right_view(np.array([[[5, 9], [4, 4], [7, 6]]], dtype=np.uint8), MatcherConfig(labels=2)).tolist()
     [[1, 0, 0]]
     """
     height, width, labels = cost.shape
@@ -54,9 +54,10 @@ def check(labels, right, config: MatcherConfig):
     -------
     (H, W) bool ndarray
     """
+    tolerance = config.method_as(Fused).refinement.tolerance
     matched = np.arange(labels.shape[1]) - labels - config.minimum
     seen = np.take_along_axis(right, np.maximum(matched, 0), axis=1)
-    return (matched >= 0) & (np.abs(seen - labels) <= config.fused.tolerance)
+    return (matched >= 0) & (np.abs(seen - labels) <= tolerance)
 
 
 def fill(labels, passed):
@@ -125,11 +126,12 @@ def right_view_plain(cost, config: MatcherConfig):
 def check_plain(labels, right, config: MatcherConfig):
     """:func:`check`, pixel by pixel."""
     height, width = labels.shape
+    tolerance = config.method_as(Fused).refinement.tolerance
     result = np.zeros((height, width), dtype=bool)
     for y in range(height):
         for x in range(width):
             matched = x - int(labels[y, x]) - config.minimum
-            result[y, x] = matched >= 0 and abs(int(right[y, matched]) - int(labels[y, x])) <= config.fused.tolerance
+            result[y, x] = matched >= 0 and abs(int(right[y, matched]) - int(labels[y, x])) <= tolerance
     return result
 
 

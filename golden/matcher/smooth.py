@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from ..config import PIXEL_MAX, Arithmetic, Cost, MatcherConfig
+from ..config import PIXEL_MAX, Arithmetic, MatcherConfig
 
 
 __all__ = ["cones", "slope", "smooth"]
@@ -12,9 +12,8 @@ def slope(difference, weight, config: MatcherConfig):
     """Smoothness of one pixel of disparity between neighbours whose grey levels differ by ``difference``.
 
     ``FLOAT``: ``u * (255 - dI)``, in 255ths, exact: see :attr:`MatcherConfig.energy_scale`.
-    ``LINEAR``: ``(2*u*(256 - dI) << q) >> 8``, floor.
+    ``LINEAR``: ``(u*(256 - dI) << slope_shift) >> 8``, floor; where there are supports, for each pixel of one.
     ``THESIS``: ``u * (256 - dI)``, in 256ths, exact: that arithmetic floors after the product with the disparity difference.
-    Cost ``FUSED``: ``(u * (256 - dI)) >> 8``, floor, for each pixel of the support.
 
     Parameters
     ----------
@@ -25,19 +24,17 @@ def slope(difference, weight, config: MatcherConfig):
 
     Examples
     --------
-    >>> slope(np.array([0, 100, 255]), 15, MatcherConfig(arithmetic="linear")).tolist()
+    >>> slope(np.array([0, 100, 255]), 15, MatcherConfig(method=OnePass("linear"))).tolist()
     [240, 146, 0]
     """
     difference = np.asarray(difference)
-    if config.cost is Cost.FUSED:
-        return weight * (256 - difference.astype(np.int32)) >> 8
-    match config.arithmetic:
+    match config.method.arithmetic:
         case Arithmetic.FLOAT:
             return weight * (PIXEL_MAX - difference.astype(np.float64))
         case Arithmetic.THESIS:
             return weight * (256 - difference.astype(np.int32))
         case Arithmetic.LINEAR:
-            return (2 * weight * (256 - difference.astype(np.int32)) << config.fraction_bits) >> 8
+            return (weight * (256 - difference.astype(np.int32)) << config.method.slope_shift) >> 8
 
 
 def smooth(distance, difference, weight, config: MatcherConfig):
@@ -54,7 +51,7 @@ def smooth(distance, difference, weight, config: MatcherConfig):
     [0, 9, 18, 27]
     """
     term = distance * slope(difference, weight, config)
-    return term >> 8 if config.arithmetic is Arithmetic.THESIS else term
+    return term >> 8 if config.method.arithmetic is Arithmetic.THESIS else term
 
 
 def cones(upper, lower, w1, w2, w3, config: MatcherConfig):  # type: ignore[no-untyped-def]
@@ -76,9 +73,9 @@ def cones(upper, lower, w1, w2, w3, config: MatcherConfig):  # type: ignore[no-u
 
     Examples
     --------
-    >>> cones(1, 2, 3, 10, 100, MatcherConfig(disparities=4, arithmetic="linear")).tolist()
+    >>> cones(1, 2, 3, 10, 100, MatcherConfig(labels=4, method=OnePass("linear"))).tolist()
     [210, 97, 4, 111]
     """
-    label = np.arange(config.disparities)
+    label = np.arange(config.labels)
     upper, lower, w1, w2, w3 = (np.asarray(value, dtype=np.int64)[..., None] for value in (upper, lower, w1, w2, w3))
     return w2 * np.abs(label - upper) + w3 * np.abs(label - lower) - w1 * label

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from ..config import FUSED_1, FusedParameters, MatcherConfig
+from ..config import FUSED_1, Arms, Fused, FusedCost, MatcherConfig
 from .census import census, hamming
 from .cost import delayed, matching_cost, outside, sub_pixel_buffers
 
@@ -10,7 +10,7 @@ from .cost import delayed, matching_cost, outside, sub_pixel_buffers
 __all__ = ["arms", "arms_plain", "fuse", "fused_cost", "support_sizes", "support_sums", "support_sums_plain"]
 
 
-def fuse(cost, distance, params: FusedParameters = FUSED_1):
+def fuse(cost, distance, params: FusedCost = FUSED_1.cost):
     """Fused cost ``C`` of a candidate inside the picture: ``(cost_factor * min(E, truncation) + census_weight * H) >> cost_shift``.
 
     The shift is a floor.
@@ -25,7 +25,7 @@ def fuse(cost, distance, params: FusedParameters = FUSED_1):
     Returns
     -------
     uint8 ndarray
-        At most ``params.cost_max``.
+        At most ``params.maximum``.
 
     Examples
     --------
@@ -51,21 +51,21 @@ def fused_cost(left, right, config: MatcherConfig):
     Returns
     -------
     (H, W, D) uint8 ndarray
-        At most ``config.fused.cost_max``; ``config.fused.cost_outside`` where the right pixel lies outside the picture.
+        At most ``maximum`` of the cost; ``cost_outside`` where the right pixel lies outside the picture.
     """
-    params = config.fused
+    params = config.method_as(Fused).cost
     cost = matching_cost(left, right, config)
     left_bits, right_bits = census(left, params), census(delayed(right, config.minimum), params)
     beyond = outside(cost.shape[1], config)
     result = np.empty(cost.shape, dtype=np.uint8)
     for y in range(len(cost)):
-        distance = hamming(left_bits[y, :, None], sub_pixel_buffers(right_bits[y], config.disparities))
+        distance = hamming(left_bits[y, :, None], sub_pixel_buffers(right_bits[y], config.labels))
         result[y] = fuse(cost[y], distance, params)
         result[y][beyond] = params.cost_outside
     return result
 
 
-def arms(left, params: FusedParameters = FUSED_1):
+def arms(left, params: Arms = FUSED_1.arms):
     """Arms of the support of every pixel: steps along the line over pixels that are like it.
 
     A step is taken while the pixel stepped on lies in the picture, differs from the centre by at most ``params.arm_threshold``, and the
@@ -119,7 +119,7 @@ def support_sums(cost, l, r):
     Returns
     -------
     (H, W, D) int16 ndarray
-        At most ``params.sum_max``.
+        At most ``data_max`` of the method.
     """
     height, width, labels = cost.shape
     result = np.empty(cost.shape, dtype=np.int16)
@@ -131,7 +131,7 @@ def support_sums(cost, l, r):
     return result
 
 
-def arms_plain(left, params: FusedParameters = FUSED_1):
+def arms_plain(left, params: Arms = FUSED_1.arms):
     """:func:`arms`, pixel by pixel: for reading, and to test the fast version against."""
     def arm(line, x, direction):
         length = 0

@@ -2,13 +2,13 @@
 
 import numpy as np
 
-from ..config import FUSED_1, FusedParameters
+from ..config import FUSED_1, Vertical
 
 
 __all__ = ["alike", "vertical_support", "vertical_support_plain"]
 
 
-def alike(left, params: FusedParameters = FUSED_1):
+def alike(left, params: Vertical = FUSED_1.vertical):
     """Whether the pixel above, and the one below, is in the picture and differs by at most ``params.vertical_threshold``.
 
     Parameters
@@ -30,11 +30,11 @@ def alike(left, params: FusedParameters = FUSED_1):
     return np.concatenate([edge, near]), np.concatenate([near, edge])
 
 
-def vertical_support(cost, left, params: FusedParameters = FUSED_1):
+def vertical_support(cost, left, params: Vertical = FUSED_1.vertical):
     """Costs joined with those of the lines above and below: ``V = C_above + 2*C + C_below``.
 
-    A neighbour that is not :func:`alike` is replaced by the pixel itself: every ``V`` is made of four shares. Without ``params.vertical``
-    the costs as they are.
+    A neighbour that is not :func:`alike` is replaced by the pixel itself: every ``V`` is made of four shares. With
+    ``params.vertical_lines`` 0 the costs as they are.
 
     Parameters
     ----------
@@ -46,15 +46,15 @@ def vertical_support(cost, left, params: FusedParameters = FUSED_1):
     Returns
     -------
     (H, W, D) uint8 ndarray
-        At most ``params.joined_max``.
+        At most ``joined_max`` of the method.
 
     Examples
     --------
-    >>> params = FusedParameters(vertical=1, cost_shift=7)
+    >>> params = Vertical(vertical_lines=1)
     >>> vertical_support(np.array([[[9]], [[5]], [[2]]], dtype=np.uint8), np.array([[10], [20], [31]]), params).ravel().tolist()
     [32, 24, 8]
     """
-    if not params.vertical:
+    if not params.vertical_lines:
         return cost
     above, below = alike(left, params)
     result = np.empty_like(cost)
@@ -66,14 +66,14 @@ def vertical_support(cost, left, params: FusedParameters = FUSED_1):
     return result
 
 
-def vertical_support_plain(cost, left, params: FusedParameters = FUSED_1):
+def vertical_support_plain(cost, left, params: Vertical = FUSED_1.vertical):
     """:func:`vertical_support`, pixel by pixel: for reading, and to test the fast version against."""
     height, width, labels = cost.shape
     grey, costs = np.asarray(left).tolist(), cost.tolist()
 
     def joined(x, y, d):
         own = costs[y][x][d]
-        if not params.vertical:
+        if not params.vertical_lines:
             return own
         total = 2 * own
         for other in (y - 1, y + 1):

@@ -91,9 +91,9 @@ def write_products(options: argparse.Namespace, left: NDArray[Any], disparity: N
         Of :func:`read_camera`.
     """
     if options.colour:
-        write_picture(options.colour, colour_map(disparity - config.minimum, config.disparities))
+        write_picture(options.colour, colour_map(disparity - config.minimum, config.labels))
     if options.sheet:
-        limits = config.minimum, config.minimum + config.disparities - 1
+        limits = config.minimum, config.minimum + config.labels - 1
         write_sheet(options.sheet, left, disparity, limits, truth, options.threshold)
     if calibration is not None:
         write_depth(options.depth, depth(disparity, calibration), left, calibration)

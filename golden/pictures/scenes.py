@@ -128,12 +128,12 @@ def discriminates(labels: NDArray[Any], config: MatcherConfig) -> bool:
 
     Examples
     --------
-    >>> discriminates(np.array([0, 1, 2]), MatcherConfig(disparities=3))
+    >>> discriminates(np.array([0, 1, 2]), MatcherConfig(labels=3))
     True
-    >>> discriminates(np.array([0, 2, 2]), MatcherConfig(disparities=3))
+    >>> discriminates(np.array([0, 2, 2]), MatcherConfig(labels=3))
     False
     """
-    return bool(np.isin(np.arange(config.disparities), labels).all())
+    return bool(np.isin(np.arange(config.labels), labels).all())
 
 
 @dataclass(frozen=True)

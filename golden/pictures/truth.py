@@ -82,7 +82,7 @@ def read_truth(options: argparse.Namespace, shape: tuple[int, ...], config: Matc
     if truth[known].min() < 0:
         raise UserError(f"{path} holds the disparity {truth[known].min():g}, which is below 0; "
                         "left(x) must match right(x - d); swap the pictures or the sign")
-    greatest, middle = config.minimum + config.disparities - 1, float(np.median(truth[known]))
+    greatest, middle = config.minimum + config.labels - 1, float(np.median(truth[known]))
     if middle > greatest + options.threshold:
         raise UserError(f"{path} holds a median disparity of {middle:g} pixels, more than the {greatest} that are searched; "
                         f"correct --truth-scale {options.truth_scale:g} or raise --disparities")

@@ -13,10 +13,10 @@ from rich.live import Live
 from rich.table import Table
 
 from golden.cli import Parser
-from golden.config import Arithmetic, MatcherConfig
+from golden.config import METHODS, MatcherConfig
 from golden.errors import UserError, run_cli
 from golden.host.protocol import BAUD, FRAME_BYTES, QUIET_SECONDS, Operation, Reply, Request, Status, encode_request, first_reply
-from golden.host.registers import COSTS, IDENTITY, VERSION, Kind, Register, RegisterMap, register_map
+from golden.host.registers import IDENTITY, VERSION, Kind, Register, RegisterMap, register_map
 
 
 __all__ = ["Chip", "SerialPort", "Transport", "main"]
@@ -100,11 +100,12 @@ class Chip:
         if version != VERSION:
             raise UserError(f"the chip has version {version} of the register map, this console version {VERSION}; "
                             "use the console that came with the chip's build")
-        disparities, cost = self.read("disparities"), self.read("cost")
-        if cost >= len(COSTS):
-            raise UserError(f"the chip has the cost {cost}, this console knows those from 0 to {len(COSTS) - 1}; "
+        disparities, method = self.read("disparities"), self.read("method")
+        methods = [MatcherConfig(disparities, method=kind()) for kind in METHODS.values()]
+        if method >= len(methods):
+            raise UserError(f"the chip has the method {method}, this console knows those from 0 to {len(methods) - 1}; "
                             "use the console that came with the chip's build")
-        self.registers = register_map(MatcherConfig(disparities=disparities, cost=COSTS[cost], arithmetic=Arithmetic.LINEAR))
+        self.registers = register_map(methods[method])
 
     def read(self, name: str) -> int:
         """The value of a register."""
@@ -225,7 +226,7 @@ def _watch(chip: Chip, interval: float, count: int | None) -> None:
 
 
 def _list() -> None:
-    table = Table(caption="labels and its greatest value follow the build", caption_justify="left")
+    table = Table(caption="in_use and its greatest value follow the build", caption_justify="left")
     for column in ("register", "access", "values", "unit", "meaning"):
         table.add_column(column)
     for register in register_map():

@@ -21,7 +21,7 @@ _CLEAR = "clear_counters"
 class ParameterLayout(data.StructLayout):
     """Each parameter under its name."""
     def __init__(self, registers: RegisterMap):
-        super().__init__({register.name: register.width for register in registers.of(Kind.PARAMETER)})
+        super().__init__({register.name: register.width for register in registers.of(Kind.SETTING)})
 
 
 class ActionLayout(data.StructLayout):
@@ -87,7 +87,7 @@ class RegisterFile(wiring.Component):
             "i": In(stream.Signature(8)),
             "o": Out(stream.Signature(8)),
             "line_error": In(1),
-            "params": Out(ParameterLayout(registers), init={register.name: register.reset for register in registers.of(Kind.PARAMETER)}),
+            "params": Out(ParameterLayout(registers), init={register.name: register.reset for register in registers.of(Kind.SETTING)}),
             "actions": Out(ActionLayout(registers)),
             "status": In(StatusLayout(registers)),
             "errors": Out(range(COUNT_MAX + 1)),
@@ -98,7 +98,7 @@ class RegisterFile(wiring.Component):
         match register.kind:
             case Kind.CONSTANT:
                 return register.reset
-            case Kind.PARAMETER:
+            case Kind.SETTING:
                 return self.params[register.name]
             case Kind.ACTION:
                 return 0
@@ -138,7 +138,7 @@ class RegisterFile(wiring.Component):
                     if register.writable:
                         above = value >= register.minimum if register.minimum else 1
                         m.d.sync += [writable.eq(1), in_range.eq(above & (value <= register.maximum))]
-                    if register.kind is Kind.PARAMETER:
+                    if register.kind is Kind.SETTING:
                         with m.If(write):
                             m.d.sync += self.params[register.name].eq(value)
                     elif register.kind is Kind.ACTION:

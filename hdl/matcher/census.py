@@ -6,7 +6,7 @@ from amaranth import *
 from amaranth.lib import stream, wiring
 from amaranth.lib.wiring import In, Out
 
-from golden.config import MatcherConfig
+from golden.config import Fused, MatcherConfig
 
 from ..parts.delay import data_register
 from .stream import CensusWord, ColumnWord, copy_flags, line_names
@@ -41,7 +41,7 @@ class CensusStage(wiring.Component):
     """
     def __init__(self, config: MatcherConfig):
         self.config = config
-        self.rows = max(5 if config.vertical else 3, config.fused.census_rows)
+        self.rows = max(5 if config.method_as(Fused).vertical else 3, config.method_as(Fused).cost.census_rows)
         super().__init__({
             "i": In(stream.Signature(ColumnWord(self.rows))),
             "o": Out(stream.Signature(CensusWord(config))),
@@ -50,11 +50,11 @@ class CensusStage(wiring.Component):
     @property
     def latency(self):
         """Cycles from a column to the census at it."""
-        return 2 + self.config.fused.census_columns // 2
+        return 2 + self.config.method_as(Fused).cost.census_columns // 2
 
     def elaborate(self, platform):
         m = Module()
-        columns = self.config.fused.census_columns
+        columns = self.config.method_as(Fused).cost.census_columns
         reach = columns // 2
 
         # A column that cannot go on waits here, so that `i.ready` comes from a register: the line store decides much by it.
@@ -91,7 +91,7 @@ class CensusStage(wiring.Component):
                 m.d.sync += newest.eq(come)
 
         # Comparisons, straight into registers.
-        first_row = (self.rows - self.config.fused.census_rows) // 2
+        first_row = (self.rows - self.config.method_as(Fused).cost.census_rows) // 2
         names = line_names(self.rows)[first_row:self.rows - first_row]
         payload = data_register(m, self.o.payload)
         with m.If(self.o.ready):
@@ -102,6 +102,6 @@ class CensusStage(wiring.Component):
                 neighbours = [column[side][name] for name in names for column in window if not (name == "line" and column is centre)]
                 m.d.sync += payload[f"{side}_census"].eq(Cat(pixel < centre[side].line for pixel in neighbours))
                 m.d.sync += [payload[side][name].eq(centre[side][name]) for name in line_names(3)]
-            if self.config.vertical:
+            if self.config.method_as(Fused).vertical:
                 m.d.sync += payload.above.eq(centre.left.minus2)
         return m

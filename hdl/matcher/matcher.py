@@ -4,7 +4,7 @@ from amaranth import *
 from amaranth.lib import stream, wiring
 from amaranth.lib.wiring import In, Out
 
-from golden.config import Arithmetic, Cost, Engine, MatcherConfig
+from golden.config import Arithmetic, Engine, Fused, MatcherConfig
 
 from .census import CensusStage
 from .lines import LineStore
@@ -37,8 +37,8 @@ class Matcher(wiring.Component):
     -------
     i : In(stream.Signature(PixelPair()))
     o : Out(stream.Signature(DisparityWord(config)))
-    u1, u2, u3, in_use and more with the cost ``FUSED``, set_parameters : In
-        Settings, see :func:`hdl.matcher.settings.setting_ports`. ``set_parameters`` takes them; until its first pulse those of ``config``
+    u1, u2, u3, in_use and more with the cost ``FUSED``, apply_settings : In
+        Settings, see :func:`hdl.matcher.settings.setting_ports`. ``apply_settings`` takes them; until its first pulse those of ``config``
         are in
         force. More labels in use than there are, are as many as there are. Each block samples what concerns it as the first pixel of a
         frame reaches it. Set them between frames: before the first pixel of a frame is sent, they hold for all of it; once its first
@@ -48,13 +48,11 @@ class Matcher(wiring.Component):
     clear : In(1)
     """
     def __init__(self, config: MatcherConfig):
-        if config.arithmetic is Arithmetic.FLOAT:
+        if config.method.arithmetic is Arithmetic.FLOAT:
             raise ValueError("the arithmetic float has no gateware; choose thesis or linear")
-        self.fused = config.cost is Cost.FUSED
-        if self.fused and config.engine is not Engine.STREAMING:
-            raise ValueError(f"the cost fused is made by the engine streaming only, not {config.engine}")
-        if config.minimum and not self.fused:
-            raise ValueError(f"the cost thesis has gateware for the minimum disparity 0 only, not {config.minimum}")
+        self.fused = isinstance(config.method, Fused)
+        if config.minimum and "minimum" not in config.settings:
+            raise ValueError(f"the method {config.method.name} has gateware for the least disparity 0 only, not {config.minimum}")
         self.config = config
         self.streaming = config.engine is Engine.STREAMING
         # The fused cost, in front of the engine and behind it.
@@ -76,7 +74,7 @@ class Matcher(wiring.Component):
     @property
     def lines_below(self):
         """Lines that follow a picture so that its last one is labelled; one more if the costs below a pixel count."""
-        return (2 if self.config.vertical else 1) if self.streaming else 0
+        return (2 if isinstance(self.config.method, Fused) and self.config.method.vertical else 1) if self.streaming else 0
 
     @property
     def clocks_per_pixel(self):
@@ -91,7 +89,7 @@ class Matcher(wiring.Component):
     @property
     def line_clocks(self):
         """Cycles that a line takes beyond its pixels, whichever stage takes the most."""
-        return max(2, self.config.fused.census_columns // 2) if self.fused else 2
+        return max(2, self.config.method_as(Fused).cost.census_columns // 2) if self.fused else 2
 
     def frame_clocks(self, width, height):
         """Cycles from one frame's first disparity to the next one's, if pixels are offered and disparities taken without a pause.
@@ -103,7 +101,7 @@ class Matcher(wiring.Component):
             # One line more than the picture has comes below it, two with vertical support, and as many lines as the window has below a
             # pixel; those with a line above them wait for its disparities.
             flush = self.engine.source.flush_waves
-            line = width + self.line_clocks + (flush if width < self.config.disparities else 0)
+            line = width + self.line_clocks + (flush if width < self.config.labels else 0)
             return (self.line_store.rows // 2 + 1 + self.lines_below) * line + flush + (height - 1) * max(line, self.engine.round_trip + 4)
         # The first line fills the Edata memory at BEC's pace, or as the look-up tables are filled; then a line is labelled as the one
         # below it arrives.

@@ -2,8 +2,7 @@
 
 from amaranth.lib import data
 
-from golden.config import PIXEL_BITS, Cost, MatcherConfig
-from golden.matcher.confidence import CONFIDENCE_BITS
+from golden.config import PIXEL_BITS, Fused, MatcherConfig
 
 
 __all__ = ["FLAGS", "BecWord", "CensusWord", "Column", "ColumnWord", "DisparityWord", "LabelWord", "Least", "PixelPair", "copy_flags",
@@ -48,8 +47,8 @@ class CensusWord(data.StructLayout):
     ``above``, with vertical support only: the left pixel two lines above.
     """
     def __init__(self, config: MatcherConfig):
-        bits = config.fused.neighbours
-        above = {"above": PIXEL_BITS} if config.vertical else {}
+        bits = config.method_as(Fused).cost.neighbours
+        above = {"above": PIXEL_BITS} if config.method_as(Fused).vertical else {}
         super().__init__({"left": Column(), "right": Column(), **above, "left_census": bits, "right_census": bits, "below": 1, **FLAGS})
 
 
@@ -57,8 +56,8 @@ class BecWord(data.StructLayout):
     """What BEC knows of a pixel: ``E(x, y, d)`` for all ``d``, ``b(x, y)``, its grey level and that of the pixel above it (left)."""
     def __init__(self, config: MatcherConfig):
         super().__init__({
-            "cost": data.ArrayLayout(config.cost_bits, config.disparities),
-            "local": range(config.disparities),
+            "cost": data.ArrayLayout(config.method.matching_cost.bits, config.labels),
+            "local": range(config.labels),
             "pixel": PIXEL_BITS,
             "upper": PIXEL_BITS,
             **FLAGS,
@@ -68,25 +67,21 @@ class BecWord(data.StructLayout):
 class LabelWord(data.StructLayout):
     """A label on its way through the refinement, whether it passed the check, and the bit length of the support's size ``n``.
 
-    ``label`` is in units of ``1 / config.disparity_scale`` pixel.
+    ``label`` is in units of ``1 / config.method.disparity_scale`` pixel.
     """
     def __init__(self, config: MatcherConfig):
         super().__init__({
-            "label": range(config.disparities * config.disparity_scale),
+            "label": range(config.labels * config.method.disparity_scale),
             "passed": 1,
-            "size": range(config.fused.support_max.bit_length() + 1),
+            "size": range(config.method_as(Fused).arms.support_max.bit_length() + 1),
             **FLAGS,
         })
 
 
 class DisparityWord(data.StructLayout):
-    """A disparity, in units of ``1 / config.disparity_scale`` pixel; of the cost ``FUSED`` whether it passed, and confidence ``0..15``."""
+    """The fields of :attr:`golden.config.MatcherConfig.result_fields`; ``disparity`` in units of ``1 / disparity_scale`` pixel."""
     def __init__(self, config: MatcherConfig):
-        if config.cost is Cost.FUSED:
-            greatest = (config.disparities - 1 + config.MINIMUMS[-1] + 1) * config.disparity_scale - 1
-            super().__init__({"disparity": range(greatest + 1), "passed": 1, "confidence": CONFIDENCE_BITS, **FLAGS})
-        else:
-            super().__init__({"disparity": range(config.disparities), **FLAGS})
+        super().__init__({**config.result_fields, **FLAGS})
 
 
 class Least(data.StructLayout):

@@ -9,7 +9,7 @@ from amaranth.hdl import Fragment
 from rich.progress import Progress
 
 from golden.cli import Parser, progress
-from golden.config import Arithmetic, Engine, MatcherConfig
+from golden.config import Arithmetic, Engine, MatcherConfig, OnePass
 from golden.errors import UserError, run_cli
 from golden.files import atomic, check_output
 from golden.lab.published import TABLE_3
@@ -35,7 +35,7 @@ SMALL = (64, 6)
 
 def _config(engine: Engine, width: int, disparities: int) -> MatcherConfig:
     arithmetic = Arithmetic.LINEAR if engine is Engine.STREAMING else Arithmetic.THESIS
-    return MatcherConfig(disparities=disparities, arithmetic=arithmetic, max_width=width, engine=engine)
+    return MatcherConfig(labels=disparities, max_width=width, engine=engine, method=OnePass(arithmetic))
 
 
 def _counts(bar: Progress) -> tuple[dict[tuple[Engine, int], Resources], list[Resources]]:

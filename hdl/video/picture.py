@@ -21,7 +21,7 @@ class QueuedPixel(data.StructLayout):
     17 bits for 80 disparities, 18 for 256: a word of an M9K block.
     """
     def __init__(self, config: MatcherConfig):
-        super().__init__({"disparity": range(config.disparities), "left": PIXEL_BITS, "first": 1, "tag": 1})
+        super().__init__({"disparity": range(config.labels), "left": PIXEL_BITS, "first": 1, "tag": 1})
 
 
 class PictureGate(wiring.Component):
@@ -231,7 +231,7 @@ class PictureScan(wiring.Component):
             m.d.sync += beside.eq(0)
 
         # Tables, and what goes beside them.
-        labels = self.config.disparities
+        labels = self.config.labels
         greys = grey_level(range(labels), labels)
         shades = [{"grey": int(grey), "red": int(red), "green": int(green), "blue": int(blue)}
                   for grey, (red, green, blue) in zip(greys, colour_table()[greys])]

@@ -32,7 +32,7 @@ class ShownLabel(wiring.Component):
         self.config = config
         super().__init__({
             "minimum": In(MINIMUM_BITS), "start": In(1), "i": In(DisparityWord(config)), "step": In(1),
-            "label": Out(range(config.disparities)),
+            "label": Out(range(config.labels)),
         })
 
     def elaborate(self, platform):
@@ -43,5 +43,5 @@ class ShownLabel(wiring.Component):
             m.d.sync += started.eq(self.minimum)
         with m.If(self.step):
             m.d.sync += shown.eq(of_picture)
-        m.d.comb += self.label.eq(self.i.disparity // self.config.disparity_scale - of_picture)
+        m.d.comb += self.label.eq(self.i.disparity // self.config.method.disparity_scale - of_picture)
         return m

@@ -5,7 +5,7 @@ from amaranth.hdl import Fragment
 from amaranth.lib import stream, wiring
 from amaranth.lib.wiring import In, Out
 
-from golden.config import Cost, MatcherConfig
+from golden.config import Fused, MatcherConfig
 from golden.errors import UserError
 from golden.host.protocol import BAUD, FRAME_SECONDS
 from golden.host.registers import SETUPS, register_map
@@ -16,7 +16,6 @@ from golden.video.pairing import WINDOW, buffers_needed
 
 from ..host.registers import SerialRegisters
 from ..matcher.matcher import Matcher
-from ..matcher.settings import defaults
 from ..matcher.stream import PixelPair, copy_flags
 from .arbiter import Arbiter
 from .bt656 import CameraInput
@@ -202,15 +201,15 @@ class StereoSystem(wiring.Component):
         m.d.comb += [
             pair_reader.start.eq(reader.start), pair_reader.left_buffer.eq(reader.left_buffer),
             pair_reader.right_buffer.eq(reader.right_buffer), reader.done.eq(pair_reader.done), pair_reader.clear_fill.eq(clear),
-            *(getattr(matcher, name).eq(params["labels" if name == "in_use" else name]) for name in defaults(self.config)),
-            matcher.set_parameters.eq(reader.start), matcher.clear.eq(clear), control.hold.eq(params.hold), control.clear.eq(clear),
+            *(getattr(matcher, name).eq(params[name]) for name in self.config.settings),
+            matcher.apply_settings.eq(reader.start), matcher.clear.eq(clear), control.hold.eq(params.hold), control.clear.eq(clear),
         ]
 
         # Disparities and the left picture back into the frame store.
         disparity_writer, left_writer = self.picture_writers["disparity"], self.picture_writers["left"]
         m.submodules.disparity_writer, m.submodules.left_plane_writer = disparity_writer, left_writer
         wiring.connect(m, fork.left, left_writer.i)
-        if self.config.cost is Cost.FUSED:
+        if isinstance(self.config.method, Fused):
             m.submodules.shown_label = shown_label = ShownLabel(self.config)
             m.d.comb += [
                 shown_label.minimum.eq(params.minimum), shown_label.start.eq(reader.start),

@@ -34,7 +34,7 @@ class ShownPixel(data.StructLayout):
     ``first``: first of its picture; ``last``: last of its line.
     """
     def __init__(self, config: MatcherConfig):
-        super().__init__({"disparity": range(config.disparities), "left": PIXEL_BITS, "first": 1, "last": 1})
+        super().__init__({"disparity": range(config.labels), "left": PIXEL_BITS, "first": 1, "last": 1})
 
 
 class LocalBus(Signature):

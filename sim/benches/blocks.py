@@ -4,7 +4,7 @@ from amaranth import *
 from amaranth.lib import wiring
 from amaranth.lib.wiring import Out
 
-from golden.config import Arithmetic, MatcherConfig
+from golden.config import Arithmetic, MatcherConfig, OnePass
 from hdl.matcher.frame_timing import FrameTiming
 from hdl.matcher.lines import EdataMemory, LineStore
 from hdl.matcher.sequential.argmin import ComparatorTree
@@ -19,8 +19,8 @@ __all__ = ["CONFIGS", "Blocks"]
 
 
 CONFIGS = {
-    "thesis": MatcherConfig(disparities=6, arithmetic=Arithmetic.THESIS, max_width=13),
-    "linear": MatcherConfig(disparities=6, arithmetic=Arithmetic.LINEAR, in_use=5, max_width=13),
+    "thesis": MatcherConfig(labels=6, max_width=13, method=OnePass(Arithmetic.THESIS)),
+    "linear": MatcherConfig(labels=6, in_use=5, max_width=13, method=OnePass(Arithmetic.LINEAR)),
 }
 
 

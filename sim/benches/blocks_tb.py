@@ -2,7 +2,6 @@
 
 import os
 import random
-from dataclasses import replace
 
 import cocotb
 import numpy as np
@@ -39,7 +38,7 @@ from sim.kit.cocotb_streams import check_rules, drain, sink, source
 
 
 CONFIG = CONFIGS[os.environ["ARITHMETIC"]]
-LABELS = CONFIG.disparities
+LABELS = CONFIG.labels
 INPUTS = os.environ["INPUTS"].split()
 STALLS = [0.0, 0.4]
 
@@ -276,7 +275,7 @@ async def sequential_engine(dut, stall):
         local = rng.integers(0, LABELS, (height, width))
         left = noise(width, height, 1, pictures=1)[0]
         frames.append(bec_words(cost, local, left))
-        expected += disparity_words(labelling(cost, local, left, replace(CONFIG, u1=u1, u2=u2, u3=u3)))
+        expected += disparity_words(labelling(cost, local, left, CONFIG.with_settings({"u1": u1, "u2": u2, "u3": u3})))
     assert {word["disparity"] for word in expected} == set(range(LABELS))
 
     def weigh(number):

@@ -18,7 +18,7 @@ from sim.models.monitor import PINS, Monitor, watch_cocotb
 DISPLAY = FORMATS[os.environ["DISPLAY_FORMAT"]]
 SIZE = tuple(int(pixels) for pixels in os.environ["SIZE"].split())
 LABELS = int(os.environ["DISPARITIES"])
-LAYOUT = ShownPixel(MatcherConfig(disparities=LABELS))
+LAYOUT = ShownPixel(MatcherConfig(labels=LABELS))
 SYNC_HZ = 75_000_000
 FRAME = DISPLAY.h_total * DISPLAY.v_total * SYNC_HZ // DISPLAY.pixel_clock_hz   # cycles
 

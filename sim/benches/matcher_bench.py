@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from golden.config import Arithmetic, Cost, MatcherConfig
+from golden.config import MatcherConfig
 from golden.errors import UserError
 from golden.pictures.dataset import data_folder, load_pair
 from golden.pictures.scenes import scene
@@ -11,7 +11,7 @@ from hdl.emit import write_verilog
 from hdl.matcher.matcher import Matcher
 
 from ..kit.cases import noise
-from ..kit.harness import configured, mismatches, simulate
+from ..kit.harness import mismatches, simulate
 
 
 __all__ = ["MatcherBench", "middlebury", "names", "pictures"]
@@ -20,9 +20,7 @@ __all__ = ["MatcherBench", "middlebury", "names", "pictures"]
 def names(case):
     """Of a parameter, for pytest."""
     if isinstance(case, MatcherConfig):
-        cost = "-fused" if case.cost is Cost.FUSED else ""
-        fraction_bits = f"q{case.fraction_bits}" if case.arithmetic is Arithmetic.LINEAR and not cost else ""
-        return f"{case.engine}-{case.disparities}-{case.arithmetic}{fraction_bits}{cost}"
+        return f"{case.engine}-{case.labels}-{case.method.name}-{case.method.arithmetic}q{case.method.energy_shift}"
     return "+".join(f"{width}x{height}" for width, height in case) if isinstance(case, list) else str(case)
 
 
@@ -54,8 +52,8 @@ class MatcherBench:
         """Equal to golden in every pixel of every frame; no hang, no broken rule, no wrong flag, nothing surplus, no ``error``."""
         result = simulate(self.case, lefts, rights, simulator=simulator, work_dir=self.folder, verilog=self.verilog, settings=settings,
                           **arguments)
-        case = configured(self.case, settings or {})
-        assert len(result.labels) == len(lefts)
+        case = self.case.with_settings(settings or {})
+        assert len(result.fields) == len(lefts)
         for number, (left, right) in enumerate(zip(lefts, rights, strict=True)):
             assert mismatches(result, number, left, right, case) == 0
         assert result.report["pixels_in"] == result.report["pixels_out"] == sum(left.size for left in lefts)
@@ -73,8 +71,7 @@ class MatcherBench:
             if min(frame.width for frame in frames[:number + 1]) < matcher.full_rate_width:
                 continue  # nothing is promised of short lines: pixels come faster than disparities leave, and wait
             assert frame.latency <= (number + 1) * (matcher.latency_lines * width * clocks + matcher.latency_clocks)
-        assert clocks <= 8
-        assert (matcher.latency_lines, matcher.latency_clocks) <= ((2, 400) if self.case.cost is Cost.THESIS else (8, 1500))
+        assert clocks <= 8 and matcher.latency_lines <= 8 and matcher.latency_clocks <= 1500
         first = frames[0]
         # A line costs a few clocks more than its pixels.
         assert first.clocks_per_pixel <= max(matcher.full_rate_width / first.width, clocks) + 40 / first.width

@@ -22,7 +22,7 @@ from sim.models.ddr2 import Ddr2Timing, LocalMemory
 
 WIDTH, HEIGHT, SIZE, DEPTH = json.loads(os.environ["PATH_SIZE"])
 INPUTS = os.environ["INPUTS"].split()
-CONFIG = MatcherConfig(disparities=256)
+CONFIG = MatcherConfig(labels=256)
 FRAMES = 3
 
 

@@ -1,6 +1,5 @@
 """All that is around the video system on its board, for cocotb benches on its Verilog: cameras, memory, chips, host, monitor."""
 
-import dataclasses
 import os
 from collections import deque
 from typing import ClassVar
@@ -10,7 +9,6 @@ import numpy as np
 from cocotb.clock import Clock
 from cocotb.triggers import RisingEdge, Timer
 
-from golden.config import Cost
 from golden.host.protocol import BAUD, FRAME_BYTES, FRAME_SECONDS, Operation, Request, Status, encode_request, first_reply
 from golden.host.registers import register_map
 from golden.matcher.matcher import disparities
@@ -101,14 +99,13 @@ class Rig:
             decoder.lock = Tvp5154.LOCKED
         self.registers = register_map(self.config, self.camera.height)
         self.host = UartHost(UART_CYCLES)
-        self.settings = {"mode": DisplayMode.DISPARITY, "colour": False, "u": self.config.weights, "labels": self.config.labels_in_use,
-                         "minimum": self.config.minimum}
+        self.settings = {"mode": DisplayMode.DISPARITY, "colour": False}
         self.states = [(self.pair, self.settings)]      # what was in front of the cameras, and set, since the last check
         self.cut = 0                                    # pictures that broke off
 
     def _scene(self):
         self.seed += 1
-        return tuple(map(clip, scene(self.camera.width, self.camera.height, self.config.disparities, self.seed)[:2]))
+        return tuple(map(clip, scene(self.camera.width, self.camera.height, self.config.labels, self.seed)[:2]))
 
     async def start(self):
         """Clocks, models, then the resets end as on the board: ``sync``, ``display``, cameras."""
@@ -179,16 +176,11 @@ class Rig:
 
     def golden(self, pair, settings):
         """What the monitor must show of a pair."""
-        weights = dict(zip(("u1", "u2", "u3"), settings["u"]))
-        config = dataclasses.replace(self.config, in_use=settings["labels"], minimum=settings["minimum"])
-        if config.cost is Cost.FUSED:
-            config = dataclasses.replace(config, fused=dataclasses.replace(config.fused, **weights))
-        else:
-            config = dataclasses.replace(config, **weights)
+        config = self.config.with_settings(settings)
         left, right = pair
         # Labels: disparities without their fraction, from the least one on.
         labels = np.floor(disparities(left, right, config)).astype(int) - config.minimum
-        return monitor_picture(labels, left, self.display, settings["mode"], settings["colour"], self.config.disparities)
+        return monitor_picture(labels, left, self.display, settings["mode"], settings["colour"], self.config.labels)
 
     def change(self, *, scene=True, **settings):
         """Put another pair in front of the cameras, from their next frames on, and note what is set."""

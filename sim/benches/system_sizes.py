@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from golden.config import Arithmetic, Cost, Engine, MatcherConfig, Refinement
+from golden.config import FUSED_1, Arithmetic, Engine, MatcherConfig, Method, OnePass, changed
 from golden.video.bandwidth import MemoryTiming
 from golden.video.formats import DISPLAYS, PAL, CameraFormat, DisplayFormat
 from hdl.video.system import StereoSystem
@@ -37,15 +37,9 @@ class Size:
                             setup_hz=SETUP_HZ)
 
 
-def _matcher(disparities: int, width: int, cost: Cost = Cost.THESIS) -> MatcherConfig:
-    fused = cost is Cost.FUSED  # with whatever it has that the monitor sees
-    return MatcherConfig(disparities=disparities, max_width=width, arithmetic=Arithmetic.LINEAR, engine=Engine.STREAMING, cost=cost,
-                         minimum=2 if fused else 0, refinement=Refinement(sub_pixel=fused))
-
-
-def _small(cost: Cost) -> Size:
+def _small(method: Method, minimum: int = 0) -> Size:
     return Size(
-        _matcher(8, 32, cost),
+        MatcherConfig(8, 32, minimum, engine=Engine.STREAMING, method=method),
         CameraFormat(32, 12, blanking=8, before_top=2, after_top=1, before_bottom=2, after_bottom=1),
         DisplayFormat(40, range(44, 50), 80, 28, range(30, 32), 36, 65_000_000),
         MemoryTiming(row_clocks=2, turn_clocks=2))
@@ -53,7 +47,8 @@ def _small(cost: Cost) -> Size:
 
 #: By name. A monitor's frame takes half as long as a camera's or less, as the frame store wants it.
 SIZES = {
-    "small": _small(Cost.THESIS),
-    "small fused": _small(Cost.FUSED),
-    "full": Size(_matcher(80, PAL.width), PAL, DISPLAYS["720x576"], MemoryTiming()),
+    "small": _small(OnePass(Arithmetic.LINEAR)),
+    "small fused": _small(changed(FUSED_1, sub_pixel=True), minimum=2),  # with all of it that the monitor sees
+    "full": Size(MatcherConfig(80, PAL.width, engine=Engine.STREAMING, method=OnePass(Arithmetic.LINEAR)),
+                 PAL, DISPLAYS["720x576"], MemoryTiming()),
 }

@@ -9,7 +9,6 @@ import cocotb
 import numpy as np
 from cocotb.triggers import ClockCycles
 
-from golden.config import Cost
 from golden.host.registers import IDENTITY
 from golden.video.display import DisplayMode
 from sim.benches.system_faults import FAULTS
@@ -41,11 +40,12 @@ async def pictures(dut):
     """Pictures of all kinds, bit-exact; what the host sets takes effect for whole pictures; status and counters read back."""
     rig = await start(dut)
     assert await rig.read("identity") == IDENTITY
-    assert await rig.read("labels") == rig.config.disparities
-    fused = [("minimum", 0, {"minimum": 0}), ("minimum", 5, {"minimum": 5})] if rig.config.cost is Cost.FUSED else []
+    assert await rig.read("in_use") == rig.config.labels
+    minimums = (0, 5) if "minimum" in rig.config.settings else ()
     for name, value, setting in (
-            *fused, ("show", 1, {"mode": DisplayMode.LEFT}), ("show", 2, {"mode": DisplayMode.BOTH}), ("colour", 1, {"colour": True}),
-            ("show", 0, {"mode": DisplayMode.DISPARITY}), ("u3", 60, {"u": (*rig.config.weights[:2], 60)}), ("labels", 5, {"labels": 5})):
+            *(("minimum", value, {"minimum": value}) for value in minimums),
+            ("show", 1, {"mode": DisplayMode.LEFT}), ("show", 2, {"mode": DisplayMode.BOTH}), ("colour", 1, {"colour": True}),
+            ("show", 0, {"mode": DisplayMode.DISPARITY}), ("u3", 60, {"u3": 60}), ("in_use", 5, {"in_use": 5})):
         rig.change(scene=name in ("show", "u3", "minimum"), **setting)
         await rig.write(name, value)
         await rig.shows()

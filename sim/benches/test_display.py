@@ -12,7 +12,7 @@ from sim.kit.simulators import build, run
 
 def bench(simulator, name, size, folder, *, disparities, depth, plans):
     """Each of ``plans`` is the modes and colours to show, or nothing for the plan of faults."""
-    output = DisplayOutput(MatcherConfig(disparities=disparities), FORMATS[name], *size, depth=depth)
+    output = DisplayOutput(MatcherConfig(labels=disparities), FORMATS[name], *size, depth=depth)
     inputs = ["__".join(path) for path, member, _ in output.signature.flatten(output) if member.flow is In]
     source = write_verilog(output, folder / "display.v", name="display_output")
     build(simulator, [source], "display_output", folder)

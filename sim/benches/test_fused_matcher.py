@@ -1,24 +1,21 @@
 """The whole matcher with the cost fused: emitted Verilog on text pictures, equal to the golden model in every pixel."""
 
-import dataclasses
 
 import numpy as np
 import pytest
 
-from golden.config import Arithmetic, Cost, Engine, FusedParameters, MatcherConfig, Refinement
+from golden.config import FUSED_1, FUSED_2, FUSED_3, Fused, MatcherConfig, Refinement, changed, value_of
 from golden.matcher import fused
-from golden.matcher.parameters import NAMED
 from golden.pictures.scenes import discriminates
 from sim.benches.matcher_bench import MatcherBench, middlebury, names, pictures
 
 
 ALL = Refinement()
-FUSED_2, FUSED_3 = (dataclasses.asdict(NAMED[name]) for name in ("fused-2", "fused-3"))
+SET_2, SET_3 = ({name: value_of(method, name) for name in Fused.LIMITS} for method in (FUSED_2, FUSED_3))
 
 
 def config(disparities, max_width, *, refinement=ALL, minimum=0, **parameters):
-    return MatcherConfig(disparities=disparities, max_width=max_width, arithmetic=Arithmetic.LINEAR, engine=Engine.STREAMING,
-                         cost=Cost.FUSED, refinement=refinement, minimum=minimum, fused=FusedParameters(**parameters))
+    return MatcherConfig(disparities, max_width, minimum, method=changed(changed(FUSED_1, refinement=refinement), **parameters))
 
 
 # A matcher, the sizes of the frames that it gets in a row, one that reaches its longest line among them, and the settings of a last run.
@@ -27,7 +24,7 @@ CASES = [
     (config(2, 300), [(300, 4), (33, 3)], {"median": 0}),
     (config(3, 64, reach=0, census_rows=3, census_columns=3), [(64, 6), (1, 7), (2, 2)], {"fill": 0}),
     (config(13, 64), [(64, 6), (37, 11), (5, 3)], {"minimum": 7}),
-    (config(13, 37, reach=31, arm_threshold=60, median=3), [(37, 11), (12, 5), (1, 1)], {"fill": 0, "median": 0}),
+    (config(13, 37, reach=31, arm_threshold=60, median_size=3), [(37, 11), (12, 5), (1, 1)], {"fill": 0, "median": 0}),
     (config(17, 50, census_rows=7, census_columns=9, census_weight=25), [(50, 9), (16, 2), (17, 2)], {"minimum": 255}),
     (config(20, 90, refinement=Refinement(sub_pixel=True), minimum=5), [(90, 8), (5, 3)], {"check": 0}),
     (config(26, 99, cost_factor=0, census_weight=85, cost_shift=4), [(99, 8), (5, 3)], {"check": 0, "fill": 0, "median": 0}),
@@ -36,13 +33,13 @@ CASES = [
     (config(60, 180, refinement=Refinement(fill=False)), [(180, 11), (59, 2)], {"fill": 1, "in_use": 1}),
     (config(80, 192, refinement=Refinement(median=False)), [(192, 12), (5, 3), (161, 4)], {"median": 1}),
     (config(128, 300), [(300, 7), (5, 3), (257, 2)], {"minimum": 40}),
-    (config(21, 70, **FUSED_3), [(70, 8), (5, 3)], {"median": 0}),
-    (config(26, 99, **FUSED_2), [(99, 8), (1, 1), (5, 3), (60, 1)], {"minimum": 3}),
+    (config(21, 70, **SET_3), [(70, 8), (5, 3)], {"median": 0}),
+    (config(26, 99, **SET_2), [(99, 8), (1, 1), (5, 3), (60, 1)], {"minimum": 3}),
 ]
 SMALL = [
     (config(2, 1), [(1, 1), (1, 2)], {"median": 0}),
     (config(13, 40), [(37, 11), (1, 1), (40, 2)], {"check": 0}),
-    (config(13, 40, **FUSED_2), [(37, 11), (1, 1), (40, 2)], {"fill": 0}),
+    (config(13, 40, **SET_2), [(37, 11), (1, 1), (40, 2)], {"fill": 0}),
 ]
 
 
@@ -50,12 +47,12 @@ SMALL = [
                          [("verilator", *case) for case in CASES] + [("icarus", *case) for case in SMALL], ids=names)
 def test_matches_golden(simulator, case, sizes, settings, tmp_path):
     """Frames of different sizes in a row, without and with stalls at both ends, on one build; then with other settings."""
-    lefts, rights = pictures(sizes, case.disparities)
-    if any(width >= 2 * case.disparities and height > 2 for width, height in sizes):
+    lefts, rights = pictures(sizes, case.labels)
+    if any(width >= 2 * case.labels and height > 2 for width, height in sizes):
         found = [fused.stages(left, right, case) for left, right in zip(lefts, rights)]
-        labels = np.concatenate([stages.found.ravel() // case.disparity_scale for stages in found])
-        assert {0, case.disparities - 1} <= set(labels.tolist())
-        assert not case.refinement.check or 0.1 < np.mean(np.concatenate([stages.passed.ravel() for stages in found])) <= 1
+        labels = np.concatenate([stages.found.ravel() // case.method.disparity_scale for stages in found])
+        assert {0, case.labels - 1} <= set(labels.tolist())
+        assert not case.method.refinement.check or 0.1 < np.mean(np.concatenate([stages.passed.ravel() for stages in found])) <= 1
 
     bench = MatcherBench(case, tmp_path)
     result = bench.check(lefts, rights, simulator)

@@ -8,12 +8,12 @@ from sim.kit.harness import simulate
 from sim.kit.simulators import SIMULATORS, SimulationError, build, run
 
 
-CONFIG = MatcherConfig(disparities=16)
+CONFIG = MatcherConfig(labels=16)
 
-# A register stage whose disparity is the low bits of the left pixel, plus those of u1 once `set_parameters` has been seen.
+# A register stage whose disparity is the low bits of the left pixel, plus those of u1 once `apply_settings` has been seen.
 STAND_IN = """
 module matcher(input clk, input rst, input [5:0] u1, input [5:0] u2, input [5:0] u3, input [8:0] in_use,
-               input set_parameters, input clear, output error, input i__valid, output i__ready,
+               input apply_settings, input clear, output error, input i__valid, output i__ready,
                input [18:0] i__payload, output o__valid, input o__ready, output [6:0] o__payload);
   reg valid; reg [18:0] word; reg [3:0] weight; reg [7:0] count; reg [3:0] never; reg beat;
   assign i__ready = {i_ready};
@@ -23,7 +23,7 @@ module matcher(input clk, input rst, input [5:0] u1, input [5:0] u2, input [5:0]
   initial begin valid = 0; count = 0; weight = 0; beat = 0; end
   always @(posedge clk) begin
     beat <= !beat;
-    if (set_parameters) weight <= u1[3:0];
+    if (apply_settings) weight <= u1[3:0];
     if (o__valid && o__ready) begin valid <= 0; count <= count + 1; end
     if (i__valid && i__ready) begin valid <= 1; word <= i__payload; end
   end

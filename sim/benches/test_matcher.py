@@ -3,14 +3,14 @@
 import numpy as np
 import pytest
 
-from golden.config import Arithmetic, Engine, MatcherConfig
+from golden.config import Arithmetic, Engine, MatcherConfig, OnePass
 from golden.matcher.labelling import match
 from golden.pictures.scenes import discriminates
 from sim.benches.matcher_bench import MatcherBench, middlebury, names, pictures
 
 
-def config(disparities, arithmetic, fraction_bits=3, **settings):
-    return MatcherConfig(disparities=disparities, arithmetic=arithmetic, fraction_bits=fraction_bits, **settings)
+def config(disparities, arithmetic, fraction_bits=3, weights=OnePass.weights, **settings):
+    return MatcherConfig(disparities, method=OnePass(arithmetic, fraction_bits, weights), **settings)
 
 
 def streaming(disparities, fraction_bits=3, **settings):
@@ -21,7 +21,7 @@ def streaming(disparities, fraction_bits=3, **settings):
 CASES = [
     (config(2, Arithmetic.THESIS, max_width=1), [(1, 1), (1, 7), (1, 1)]),
     (config(2, Arithmetic.LINEAR, 0, max_width=5), [(5, 3), (1, 1), (2, 2), (5, 1)]),
-    (config(13, Arithmetic.THESIS, max_width=37, u1=63, u2=62, u3=61), [(5, 3), (37, 11), (1, 1), (26, 2)]),
+    (config(13, Arithmetic.THESIS, max_width=37, weights=(63, 62, 61)), [(5, 3), (37, 11), (1, 1), (26, 2)]),
     (config(13, Arithmetic.LINEAR, 1, max_width=64), [(37, 11), (64, 6), (5, 3)]),
     (config(39, Arithmetic.THESIS, max_width=160), [(150, 33), (5, 3)]),
     (config(39, Arithmetic.LINEAR, 2, max_width=150), [(1, 1), (150, 33), (37, 11)]),
@@ -51,11 +51,11 @@ SMALL = [
                          [("verilator", *case) for case in CASES + STREAMING] + [("icarus", *case) for case in SMALL], ids=names)
 def test_matches_golden(simulator, case, sizes, tmp_path):
     """Frames of different sizes in a row, without and with stalls at both ends, on one build."""
-    lefts, rights = pictures(sizes, case.disparities)
+    lefts, rights = pictures(sizes, case.labels)
     found = np.concatenate([match(left, right, case).ravel() for left, right in zip(lefts, rights)])
-    if any(width > case.disparities for width, _ in sizes):
-        assert {0, case.disparities - 1} <= set(found.tolist())
-    if any(width >= 2 * case.disparities and height > 1 for width, height in sizes):
+    if any(width > case.labels for width, _ in sizes):
+        assert {0, case.labels - 1} <= set(found.tolist())
+    if any(width >= 2 * case.labels and height > 1 for width, height in sizes):
         assert discriminates(found, case)
 
     bench = MatcherBench(case, tmp_path)
@@ -63,7 +63,7 @@ def test_matches_golden(simulator, case, sizes, tmp_path):
     bench.check_timing(result.frames)
     bench.check(lefts, rights, simulator, stall_i=0.3, stall_o=0.3)
     bench.check(lefts, rights, simulator, stall_o=0.9, seed=2)
-    bench.check(lefts, rights, simulator, stall_i=0.8, seed=3, settings={"u1": 63, "u2": 1, "u3": 62, "in_use": case.disparities // 2 + 1})
+    bench.check(lefts, rights, simulator, stall_i=0.8, seed=3, settings={"u1": 63, "u2": 1, "u3": 62, "in_use": case.labels // 2 + 1})
 
 
 def engines(disparities, max_width):

@@ -14,7 +14,7 @@ from sim.kit.simulators import build, run
 
 @pytest.mark.parametrize("width, height, burst, size, depth", [(37, 6, 16, 1, 32), (40, 4, 2, 4, 6)])
 def test_memory_path(width, height, burst, size, depth, tmp_path):
-    path = MemoryPath(MemoryMap(width, height), MatcherConfig(disparities=256), burst=burst, size=size, depth=depth)
+    path = MemoryPath(MemoryMap(width, height), MatcherConfig(labels=256), burst=burst, size=size, depth=depth)
     inputs = ["__".join(place) for place, member, _ in path.signature.flatten(path) if member.flow is In]
     source = write_verilog(path, tmp_path / "memory_path.v", name="memory_path")
     build("icarus", [source], "memory_path", tmp_path / "icarus")

@@ -6,6 +6,7 @@ What one stage gives the next one is given. Amaranth's simulator takes the paylo
 import numpy as np
 from amaranth.lib import data
 
+from golden.config import Fused
 from golden.matcher.census import census
 from golden.matcher.confidence import confidence
 from golden.matcher.cost import cost_energy, delayed, local_disparity, matching_cost, sub_pixel_buffers, sub_pixels
@@ -56,8 +57,8 @@ def column_words(left, right, rows=3):
 
 def census_words(left, right, config):
     """Payloads of :class:`hdl.matcher.stream.CensusWord`."""
-    left_census, right_census = (census(picture, config.fused).tolist() for picture in (left, right))
-    above = {"above": line_store(left, 5)[..., 0].tolist()} if config.vertical else {}
+    left_census, right_census = (census(picture, config.method_as(Fused).cost).tolist() for picture in (left, right))
+    above = {"above": line_store(left, 5)[..., 0].tolist()} if (isinstance(config.method, Fused) and config.method.vertical) else {}
     return [{**word, "left_census": left_census[y][x], "right_census": right_census[y][x],
              **{name: picture[y][x] for name, picture in above.items()}}
             for (y, x, _), word in zip(_places(np.shape(left)), column_words(left, right))]
@@ -69,14 +70,14 @@ def engine_words(left, right, config):
     right = delayed(right, config.minimum)
     height, width = np.shape(left)
     words = [{**word, "end": 0} for word in census_words(left, right, config)]
-    lines = 2 if config.vertical else 1
+    lines = 2 if (isinstance(config.method, Fused) and config.method.vertical) else 1
     for below in range(lines):
         for x in range(width):
             last = int(x == width - 1)
             word = {"left_census": 0, "right_census": 0, "below": 1, "first": 0, "last": last, "end": last & (below == lines - 1)}
             word |= {side: {"minus": 0 if below else int(picture[-1][x]), "line": 0, "plus": 0}
                      for side, picture in (("left", left), ("right", right))}
-            if config.vertical:
+            if (isinstance(config.method, Fused) and config.method.vertical):
                 word["above"] = int(left[-1 if below else max(height - 2, 0)][x])
             words.append(word)
     return words
@@ -112,7 +113,7 @@ def sub_pixel_words(left, right, config):
 def _by_label(left, right, config):
     """Parts of the left picture, those of the right one as every label sees them: ``(H, W + 1, 1)`` and ``(H, W + 1, D)``."""
     left_parts = [part[..., None] for part in sub_pixels(left, config)]
-    right_parts = [np.stack([sub_pixel_buffers(line, config.disparities) for line in part]) for part in sub_pixels(right, config)]
+    right_parts = [np.stack([sub_pixel_buffers(line, config.labels) for line in part]) for part in sub_pixels(right, config)]
     return left_parts, right_parts
 
 
@@ -124,7 +125,7 @@ def buffers_words(left, right, config):
     """Payloads of :class:`hdl.matcher.sequential.cost.BuffersWord`; see :func:`comparable`."""
     left_parts, right_parts = _by_label(left, right, config)
     return [{"left": {name: int(part[y, x, 0]) for name, part in zip(PARTS, left_parts)},
-             "right": [{name: int(part[y, x, d]) for name, part in zip(PARTS, right_parts)} for d in range(config.disparities)],
+             "right": [{name: int(part[y, x, d]) for name, part in zip(PARTS, right_parts)} for d in range(config.labels)],
              "inside": _inside(x, config), **_beside(left, y, x), "beyond": int(x == np.shape(left)[1]), **flags}
             for y, x, flags in _places(np.shape(left), beyond=1)]
 
@@ -132,7 +133,7 @@ def buffers_words(left, right, config):
 def cost_words(left, right, config):
     """Payloads of :class:`hdl.matcher.sequential.cost.CostWord`; see :func:`comparable`."""
     costs = cost_energy(*_by_label(left, right, config))
-    return [{"cost": [{name: int(cost[y, x, d]) for name, cost in zip(PARTS, costs)} for d in range(config.disparities)],
+    return [{"cost": [{name: int(cost[y, x, d]) for name, cost in zip(PARTS, costs)} for d in range(config.labels)],
              "inside": _inside(x, config), **_beside(left, y, x), "beyond": int(x == np.shape(left)[1]), **flags}
             for y, x, flags in _places(np.shape(left), beyond=1)]
 
@@ -172,10 +173,11 @@ def label_words(labels, passed, n):
 def refined_words(filled, passed, n, config, *, enable=True, minimum=0):
     """Payloads of :class:`hdl.matcher.stream.DisparityWord` of the cost ``FUSED``: what the median and the confidence make of filled
     labels."""
-    result = median(filled, config.fused.median) if enable else filled
-    sure = confidence(result, filled, passed, n, config.disparity_scale)
-    return [{"disparity": int(result[y, x]) + minimum * config.disparity_scale, "passed": int(passed[y, x]), "confidence": int(sure[y, x]),
-             **flags} for y, x, flags in _places(np.shape(filled))]
+    result = median(filled, config.method_as(Fused).refinement.median_size) if enable else filled
+    sure = confidence(result, filled, passed, n, config.method.disparity_scale)
+    least = minimum * config.method.disparity_scale
+    return [{"disparity": int(result[y, x]) + least, "passed": int(passed[y, x]), "confidence": int(sure[y, x]), **flags}
+            for y, x, flags in _places(np.shape(filled))]
 
 
 def camera(words, *, rng, gaps=0.0, line_gap=1, before=0, after=0):

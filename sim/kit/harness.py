@@ -1,30 +1,29 @@
 """A matcher's Verilog run on pictures: text pictures out, ``harness.v`` in a simulator, labels and counts back."""
 
 import contextlib
+import itertools
 import os
 import threading
 import time
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from golden.config import Cost, MatcherConfig
+from golden.config import MatcherConfig
 from golden.errors import UserError
-from golden.matcher import fused, labelling
+from golden.matcher.matcher import match
 from golden.pictures.text import read_text, write_text
 from hdl.emit import write_verilog
 from hdl.matcher.matcher import Matcher
-from hdl.matcher.settings import defaults
-from hdl.matcher.stream import FLAGS, DisparityWord
 
 from .simulators import SimulationError, build, run
 
 
-__all__ = ["Frame", "Result", "configured", "emit", "mismatches", "simulate"]
+__all__ = ["Frame", "Result", "emit", "mismatches", "simulate"]
 
 
 _HARNESS = Path(__file__).with_name("harness.v")
@@ -63,9 +62,9 @@ class Result:
 
     Parameters
     ----------
-    labels : list of (H, W) ndarray
-        Disparities of each frame as the Verilog gave them, in units of ``1 / config.disparity_scale`` pixel; uint8, or int32 with the cost
-        ``FUSED``.
+    fields : list of dict of str to (H, W) ndarray
+        Of each frame, what the Verilog gave: names as in ``config.result_fields``, int32. ``disparity`` is in units of
+        ``1 / config.method.disparity_scale`` pixel.
     frames : list of Frame
     report : dict of str to int
         What was counted over the whole run: ``clocks``, ``frames``, ``pixels_in``, ``pixels_out``, and the counts of faults, all 0.
@@ -73,17 +72,13 @@ class Result:
         Of simulation, from the first clock to the last.
     build_seconds : float
         Of emission and compilation; next to nothing where a build was there already.
-    passed, confidence : list of (H, W) ndarray
-        Of each frame; the cost ``FUSED`` only.
     """
-    labels: list[NDArray[Any]]
+    fields: list[dict[str, NDArray[Any]]]
     frames: list[Frame]
     report: dict[str, int]
     seconds: float
     build_seconds: float
     waves: Path | None = field(default=None)
-    passed: list[NDArray[np.bool_]] = field(default_factory=list)
-    confidence: list[NDArray[np.uint8]] = field(default_factory=list)
 
     @property
     def clocks_per_second(self) -> float:
@@ -95,25 +90,16 @@ def emit(config: MatcherConfig, path: Path) -> Path:
     return write_verilog(Matcher(config), path, name="matcher")
 
 
-def configured(config: MatcherConfig, settings: Mapping[str, int]) -> MatcherConfig:
-    """The configuration that the matcher of ``config`` has once ``settings`` are set, for the golden model."""
-    values = {**defaults(config), **settings}
-    weights = {name: values[name] for name in ("u1", "u2", "u3")}
-    if config.cost is not Cost.FUSED:
-        return replace(config, in_use=values["in_use"], **weights)
-    stages = {name: bool(values[name]) for name in ("check", "fill", "median")}
-    return replace(config, in_use=values["in_use"], minimum=values["minimum"], fused=replace(config.fused, **weights),
-                   refinement=replace(config.refinement, **stages))
-
-
 def mismatches(result: Result, number: int, left, right, config: MatcherConfig) -> int:
-    """Pixels of a frame that are not what the golden model gives for ``config``: disparity, and with the cost ``FUSED`` all of the word."""
-    if config.cost is not Cost.FUSED:
-        return int(np.count_nonzero(result.labels[number] != labelling.match(left, right, config)))
-    golden = fused.match(left, right, config)
-    wrong = result.labels[number] != golden.disparity
-    wrong |= (result.passed[number] != golden.passed) | (result.confidence[number] != golden.confidence)
-    return int(np.count_nonzero(wrong))
+    """Pixels of a frame of which any field is not what the golden model gives for ``config``."""
+    golden, given = match(left, right, config), result.fields[number]
+    return int(np.count_nonzero(np.any([given[name] != golden[name] for name in config.result_fields], axis=0)))
+
+
+def _placed(fields: Mapping[str, int]) -> dict[str, tuple[int, int]]:
+    """Lowest bit and width of each field of a packed word, the first field lowest."""
+    offsets = itertools.accumulate(fields.values(), initial=0)
+    return {name: (offset, width) for (name, width), offset in zip(fields.items(), offsets)}
 
 
 def _read_report(path: Path) -> tuple[dict[str, int], list[Frame], float]:
@@ -187,7 +173,7 @@ def simulate(config: MatcherConfig, lefts, rights, *, simulator: str, work_dir: 
     stall_i, stall_o : float
         Chance of an idle clock before a pixel pair, of a clock in which no disparity is taken; rounded to 1/256, below 1.
     settings : dict of str to int
-        Given to the inputs of these names, see :func:`hdl.matcher.settings.setting_ports`, the others as ``config`` has them; by default
+        Given to the inputs of these names, see :attr:`golden.config.MatcherConfig.settings`, the others as ``config`` has them; by default
         none is
         set and those that are built in hold.
     seed : int
@@ -218,10 +204,12 @@ def simulate(config: MatcherConfig, lefts, rights, *, simulator: str, work_dir: 
         verilog = emit(config, work / "matcher.v")
     stage(f"Building for {simulator}")
     folder = work / f"{simulator}{'_waves' if waves else ''}"
-    fields = {name: (field.offset, field.width) for name, field in DisparityWord(config) if name not in FLAGS}
-    word_bits = sum(width for _, width in fields.values())
-    build(simulator, [verilog, _HARNESS], _TOP, folder, parameters={"WORD_BITS": word_bits},
-          defines={"FUSED": 1} if config.cost is Cost.FUSED else {}, waves=waves)
+    fields = _placed(config.result_fields)
+    ports = _placed({name: setting.bits for name, setting in config.settings.items()})
+    word_bits, setting_bits = (sum(width for _, width in placed.values()) for placed in (fields, ports))
+    connections = ",".join(f".{name}(settings[{low + width - 1}:{low}])" for name, (low, width) in ports.items())
+    build(simulator, [verilog, _HARNESS], _TOP, folder, parameters={"WORD_BITS": word_bits, "SETTING_BITS": setting_bits},
+          defines={"SETTING_PORTS": connections}, waves=waves)
     build_seconds = time.perf_counter() - start
 
     files = {name: work / f"{name}.txt" for name in ("left", "right", "output", "report")}
@@ -233,7 +221,8 @@ def simulate(config: MatcherConfig, lefts, rights, *, simulator: str, work_dir: 
     plusargs = [f"+{name}={os.path.relpath(path, folder)}" for name, path in files.items()]
     numbers = {"stall_i": min(round(256 * stall_i), 255), "stall_o": min(round(256 * stall_o), 255), "seed": seed, "timeout": timeout}
     if settings is not None:
-        numbers |= {name: int(value) for name, value in {**defaults(config), **settings}.items()}
+        values = {**config.defaults, **settings}
+        plusargs.append(f"+settings={sum(int(values[name]) << low for name, (low, _) in ports.items()):x}")
     plusargs += [f"+{name}={value}" for name, value in numbers.items()]
     waves_file = work / f"matcher.{'fst' if simulator == 'icarus' else 'vcd'}" if waves else None
 
@@ -246,11 +235,8 @@ def simulate(config: MatcherConfig, lefts, rights, *, simulator: str, work_dir: 
         words = read_text(files["output"], 6 if word_bits > 8 else 2)
     except UserError as error:
         raise SimulationError(f"the harness wrote a bad text picture: {error}") from error
-    if config.cost is not Cost.FUSED:
-        return Result(words, frames, report, seconds, build_seconds, waves_file)
-    parts = {name: [word >> offset & (1 << width) - 1 for word in words] for name, (offset, width) in fields.items()}
-    return Result([part.astype(np.int32) for part in parts["disparity"]], frames, report, seconds, build_seconds, waves_file,
-                  [part.astype(bool) for part in parts["passed"]], [part.astype(np.uint8) for part in parts["confidence"]])
+    frame_fields = [{name: (word >> low & (1 << width) - 1).astype(np.int32) for name, (low, width) in fields.items()} for word in words]
+    return Result(frame_fields, frames, report, seconds, build_seconds, waves_file)
 
 
 def _check(report: dict[str, Any], pixels: int, frames: int) -> None:

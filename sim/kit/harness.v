@@ -1,17 +1,15 @@
 // Bench around a matcher: reads the left and the right text picture, drives the stream of pixel pairs, takes the stream of
-// disparities, writes a text picture (six digits a word where two are not enough), and counts clocks. The language outside is needed at the start (`go`) and at the end (`done`)
-// only: it would slow every clock. Verilog-2001 without delays, for Icarus and for Verilator without --timing.
+// disparities, writes a text picture (six digits a word where two are not enough), and counts clocks. The language outside is needed at
+// the start (`go`) and at the end (`done`) only: it would slow every clock. Verilog-2001 without delays, for Icarus and for Verilator without --timing.
 //
 // A file may hold several pictures: they are frames in a row, without a pause between them.
 //
-// FUSED is defined if the matcher has the settings of the cost fused.
+// SETTING_PORTS is defined as the connections of the matcher's settings to bits of `settings`.
 //
 // Plusargs: +left= +right= +output= +report=  files
 //           +stall_i= +stall_o=               chance of a stall in each clock, in 1/256; 0 by default
 //           +seed=                            of the stalls
-//           +u1= +u2= +u3=                    weights, all three; those the matcher was built with by default
-//           +in_use=                          labels in use, with the weights; all by default
-//           +minimum= +check= +fill= +median= the settings of the cost fused, with the weights; 0, 1, 1, 1 by default
+//           +settings=                        all settings, hexadecimal; those the matcher was built with by default
 //           +timeout=                         clocks without a transfer after which the bench gives up; 200000 by default
 //
 // The report is lines of `key value`. All times are in clocks; latency counts from the clock in which a pixel pair is taken to the
@@ -19,7 +17,8 @@
 
 /* verilator lint_off BLKSEQ */
 module harness #(
-  parameter WORD_BITS = 7        // of an outgoing word but its flags: up to 24
+  parameter WORD_BITS = 7,       // of an outgoing word but its flags: up to 24
+  parameter SETTING_BITS = 27    // of all settings
 ) (
   input      clk,
   input      rst,
@@ -39,20 +38,12 @@ module harness #(
   wire                  o_valid;
   reg                   o_ready;
   wire [WORD_BITS+2:0] o_payload;
-  reg  [5:0]            u1, u2, u3;
-  reg  [8:0]            in_use;
-`ifdef FUSED
-  reg  [7:0]            minimum;
-  reg                   check, fill, median;
-`endif
-  reg                   set_parameters;
+  reg  [SETTING_BITS-1:0] settings;
+  reg                   apply_settings;
   wire                  error;
 
   matcher dut(
-    .clk(clk), .rst(rst), .u1(u1), .u2(u2), .u3(u3), .in_use(in_use), .set_parameters(set_parameters), .clear(1'b0), .error(error),
-`ifdef FUSED
-    .minimum(minimum), .check(check), .fill(fill), .median(median),
-`endif
+    .clk(clk), .rst(rst), `SETTING_PORTS, .apply_settings(apply_settings), .clear(1'b0), .error(error),
     .i__valid(i_valid), .i__ready(i_ready), .i__payload(i_payload),
     .o__valid(o_valid), .o__ready(o_ready), .o__payload(o_payload));
 
@@ -60,7 +51,7 @@ module harness #(
 
   reg [NAME-1:0] left_name, right_name, output_name, report_name;
   integer left_file, right_file, output_file, report_file;
-  integer stall_i, stall_o, seed, timeout, weight, given;
+  integer stall_i, stall_o, seed, timeout, given;
 
   // Input side: the picture being read, and the pixel to be offered next
 
@@ -135,31 +126,9 @@ module harness #(
     rc = $value$plusargs("stall_o=%d", stall_o);
     rc = $value$plusargs("seed=%d", seed);
     rc = $value$plusargs("timeout=%d", timeout);
-    set_parameters = 0;
-    weight = 0;
-    given = $value$plusargs("u1=%d", weight);
-    u1 = weight[5:0];
-    rc = $value$plusargs("u2=%d", weight);
-    u2 = weight[5:0];
-    rc = $value$plusargs("u3=%d", weight);
-    u3 = weight[5:0];
-    weight = 256;
-    rc = $value$plusargs("in_use=%d", weight);
-    in_use = weight[8:0];
-`ifdef FUSED
-    weight = 0;
-    rc = $value$plusargs("minimum=%d", weight);
-    minimum = weight[7:0];
-    weight = 1;
-    rc = $value$plusargs("check=%d", weight);
-    check = weight[0];
-    weight = 1;
-    rc = $value$plusargs("fill=%d", weight);
-    fill = weight[0];
-    weight = 1;
-    rc = $value$plusargs("median=%d", weight);
-    median = weight[0];
-`endif
+    apply_settings = 0;
+    settings = 0;
+    given = $value$plusargs("settings=%h", settings);
     rc = $value$plusargs("left=%s", left_name);
     rc = $value$plusargs("right=%s", right_name);
     rc = $value$plusargs("output=%s", output_name);
@@ -179,11 +148,11 @@ module harness #(
       bad_files = left_file == 0 || right_file == 0 || output_file == 0 || report_file == 0;
       if (!bad_files) next_picture;
       if (frames_read == 0) bad_files = 1;
-      set_parameters <= given != 0;
+      apply_settings <= given != 0;
     end else begin
       // Nothing is offered before the settings are taken.
       settled = running;
-      set_parameters <= 0;
+      apply_settings <= 0;
     end
 
     if (running && settled) begin

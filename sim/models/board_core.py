@@ -64,5 +64,5 @@ class BoardCore(wiring.Component):
 @cache
 def board_project(display):
     """The board's project with the stand-in on it; ``display`` by its name."""
-    config = MatcherConfig(disparities=4, max_width=8)
+    config = MatcherConfig(labels=4, max_width=8)
     return quartus_project(BoardCore(config), DISPLAYS[display], config)

@@ -8,7 +8,7 @@ import pytest
 from PIL import Image
 
 from golden.__main__ import main
-from golden.config import MatcherConfig, Refinement
+from golden.config import FUSED_1, MatcherConfig, OnePass, changed
 from golden.matcher.fused import match as match_fused
 from golden.matcher.labelling import match
 from golden.pictures.images import read_picture, write_picture
@@ -33,7 +33,7 @@ def folder(tmp_path, monkeypatch):
 
 
 def expected(**settings):
-    return match(read_picture("left.png"), read_picture("right.pgm"), MatcherConfig(disparities=80, **settings))
+    return match(read_picture("left.png"), read_picture("right.pgm"), MatcherConfig(labels=80, method=changed(OnePass(), **settings)))
 
 
 @pytest.mark.parametrize("suffix", [".npy", ".png", ".pgm", ".pfm", ".txt"])
@@ -61,8 +61,8 @@ def test_options(folder, arguments, settings):
 
 
 def expected_fused(minimum=0, **stages):
-    return match_fused(read_picture("left.png"), read_picture("right.pgm"), MatcherConfig(
-        disparities=80, arithmetic="linear", cost="fused", minimum=minimum, refinement=Refinement(**stages)))
+    config = MatcherConfig(labels=80, minimum=minimum, method=changed(FUSED_1, **stages))
+    return match_fused(read_picture("left.png"), read_picture("right.pgm"), config)
 
 
 @pytest.mark.parametrize("arguments, stages", [
@@ -107,7 +107,7 @@ def test_motorcycle(capsys, tmp_path):
     pair = reduced_motorcycle()
     assert main(["match", "--output", str(tmp_path / "a.npy")]) == 0
     labels = np.load(tmp_path / "a.npy")
-    np.testing.assert_array_equal(labels, match(pair.left, pair.right, MatcherConfig(disparities=pair.disparities)))
+    np.testing.assert_array_equal(labels, match(pair.left, pair.right, MatcherConfig(labels=pair.disparities)))
     bad = bad_pixels(labels, pair.truth, pair.masks["known"])
     assert 5 < bad < 40
     assert f"bad pixels: {bad:.2f} %" in capsys.readouterr().out
@@ -119,7 +119,7 @@ PAIR = ["left.png", "right.pgm"]
 OUTPUT = ["--output", "new.npy"]
 NUMBER = ["--disparities", "13"]
 FUSED = ["--cost", "fused"]
-LIMITS = f"must be a whole number from 2 to {MatcherConfig.DISPARITIES[-1]}"
+LIMITS = f"must be a whole number from 2 to {MatcherConfig.LABELS[-1]}"
 
 
 @pytest.mark.parametrize("arguments, message", [

@@ -3,7 +3,7 @@ import os
 import re
 import subprocess
 import sys
-from dataclasses import asdict, replace
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
@@ -12,7 +12,7 @@ from amaranth.hdl import Fragment
 
 from boards.cyclone3 import board
 from boards.cyclone3.check import check_project
-from golden.config import Arithmetic, Cost, FusedParameters, MatcherConfig, Refinement
+from golden.config import FUSED_1, Arithmetic, MatcherConfig, OnePass, changed
 from golden.video.bandwidth import MemoryTiming
 from golden.video.formats import DISPLAYS
 from hdl.build import main
@@ -103,17 +103,18 @@ def test_ways_into_the_core(folders):
     assert (framed["parameters"], framed["latency_clocks"]) == (stream["parameters"], stream["latency_clocks"])
 
 
-@pytest.mark.parametrize("top, parameters, clocks", [
-    ("stereo", {"arithmetic": "thesis", "u1": 15}, 5),
-    ("matcher", {"arithmetic": "linear", "fraction_bits": 2, "u1": 7}, 1),
+@pytest.mark.parametrize("top, method, clocks", [
+    ("stereo", OnePass(Arithmetic.THESIS), 5),
+    ("matcher", changed(OnePass(Arithmetic.LINEAR, 2), u1=7), 1),
 ])
-def test_manifest(folders, top, parameters, clocks):
+def test_manifest(folders, top, method, clocks):
     told = manifest(folders[top])
     assert told["engine"] == {"stereo": "sequential", "matcher": "streaming"}[top]
     width, height = {"stereo": (720, 576), "matcher": (24, 10)}[top]
-    common = {"disparities": 6, "u2": 10, "u3": 5, "max_width": width, "height": height}
-    assert {name: told["parameters"][name] for name in {**common, **parameters}} == {**common, **parameters}
-    matcher = Matcher(MatcherConfig(disparities=6, max_width=width, arithmetic=Arithmetic(parameters["arithmetic"]), engine=told["engine"]))
+    assert told["parameters"] == {
+        "disparities": 6, "cost": "thesis", "arithmetic": method.arithmetic, "minimum": 0, "max_width": width, "height": height,
+        "disparity_scale": 1, "method": method.about()}
+    matcher = Matcher(MatcherConfig(6, width, engine=told["engine"], method=method))
     Fragment.get(matcher, None)  # Amaranth complains of a component that is not used
     assert told["clocks_per_pixel"] == matcher.clocks_per_pixel == clocks
     # Short lines take as long as a disparity takes to come back to the line memory.
@@ -173,13 +174,14 @@ def test_core_of_the_cost_fused(tmp_path):
     assert main(["--core", *SMALL, "--cost", "fused", "--parameters", str(tmp_path / "mine.toml"), "--minimum", "5", "--no-fill",
                  "--sub-pixel", "--u1", "7", "--output", str(tmp_path / "core")]) == 0
     told = manifest(tmp_path / "core")
-    config = MatcherConfig(
-        disparities=6, max_width=24, arithmetic=Arithmetic.LINEAR, engine=told["engine"], cost=Cost.FUSED, minimum=5,
-        fused=FusedParameters(reach=3, census_rows=3, census_columns=3, u1=7, u2=9), refinement=Refinement(fill=False, sub_pixel=True))
+    config = MatcherConfig(6, 24, 5, engine=told["engine"], method=changed(
+        FUSED_1, reach=3, census_rows=3, census_columns=3, u1=7, u2=9, fill=False, sub_pixel=True))
     assert told["parameters"] == {
-        "disparities": 6, "cost": "fused", "arithmetic": "linear", "minimum": 5, "fused": asdict(config.fused),
-        "refinement": {"check": True, "fill": False, "median": True, "sub_pixel": True}, "disparity_scale": 8,
-        "u1": 7, "u2": 9, "u3": config.fused.u3, "max_width": 24, "height": 10}
+        "disparities": 6, "cost": "fused", "arithmetic": "linear", "minimum": 5, "max_width": 24, "height": 10, "disparity_scale": 8,
+        "method": config.method.about()}
+    assert told["parameters"]["method"]["weights"] == {"u1": 7, "u2": 9, "u3": 22}
+    assert told["parameters"]["method"]["refinement"] == {
+        "check": True, "fill": False, "median": True, "sub_pixel": True, "tolerance": 1, "median_size": 5}
     matcher = Matcher(config)
     Fragment.get(matcher, None)  # Amaranth complains of a component that is not used
     # Two lines of the window of three, one of the fill, two of the median.
@@ -192,9 +194,9 @@ def test_core_of_the_cost_fused(tmp_path):
     # Up to 255 + 5 pixels in eighths, for the least disparity can be set; a confidence of 0 to 15.
     assert told["payloads"]["o__payload"] == {
         "disparity": [0, 11], "passed": [12, 12], "confidence": [13, 16], "first": [17, 17], "last": [18, 18], "end": [19, 19]}
-    built_in = re.findall(r"if \(rst\) \w+ <= \d+'h(\w+);\n +else if \(set_parameters\) \w+ <= (\w+);", text)
+    built_in = re.findall(r"if \(rst\) \w+ <= \d+'h(\w+);\n +else if \(apply_settings\) \w+ <= (\w+);", text)
     assert {name: int(value, 16) for value, name in built_in} == {
-        "u1": 7, "u2": 9, "u3": config.fused.u3, "in_use": 6, "minimum": 5, "check": 1, "fill": 0, "median": 1}
+        "u1": 7, "u2": 9, "u3": 22, "in_use": 6, "minimum": 5, "check": 1, "fill": 0, "median": 1}
 
 
 @pytest.mark.slow

@@ -7,7 +7,7 @@ from amaranth.lib import wiring
 from amaranth.lib.memory import Memory
 from amaranth.lib.wiring import In, Out
 
-from golden.config import Arithmetic, MatcherConfig
+from golden.config import Arithmetic, MatcherConfig, OnePass
 from golden.errors import UserError
 from hdl.emit import emit_rtlil, verilog_text, write_verilog
 from hdl.matcher.sequential.smooth import LookUpTable
@@ -110,10 +110,10 @@ def test_content_is_kept():
 def test_look_up_tables():
     """LINEAR's table is a ROM of distances; that of THESIS is filled and needs no content."""
     labels = 5
-    text = verilog_text(LookUpTable(MatcherConfig(disparities=labels, arithmetic=Arithmetic.LINEAR)), name="table")
+    text = verilog_text(LookUpTable(MatcherConfig(labels=labels, method=OnePass(Arithmetic.LINEAR))), name="table")
     rows = [int(row, 16) for row in re.findall(r"memory\[\d+\] = 15'h(\w+);", text)]
     assert rows == [sum(abs(d - p) << 3 * d for d in range(labels)) for p in range(labels)]
-    assert "initial" not in verilog_text(LookUpTable(MatcherConfig(disparities=labels, arithmetic=Arithmetic.THESIS)), name="table")
+    assert "initial" not in verilog_text(LookUpTable(MatcherConfig(labels=labels, method=OnePass(Arithmetic.THESIS))), name="table")
 
 
 def test_ports_follow_the_signature():

@@ -42,10 +42,11 @@ def simulated(monkeypatch):
             labels = disparities(left, right, config).copy()
             labels[0, :fault] ^= 8
             height, width = labels.shape
-            return Result([labels], [Frame(width, height, 1000, 2 * width * height, 1, 300, 100)], {"clocks": 1000}, 0.5, 12.0)
+            frame = Frame(width, height, 1000, 2 * width * height, 1, 300, 100)
+            return Result([{"disparity": labels}], [frame], {"clocks": 1000}, 0.5, 12.0)
 
         def mismatches(result, number, left, right, config):
-            return int(np.count_nonzero(result.labels[number] != disparities(left, right, config)))
+            return int(np.count_nonzero(result.fields[number]["disparity"] != disparities(left, right, config)))
 
         monkeypatch.setattr(demo, "simulate_shown", simulate)
         monkeypatch.setattr(demo, "mismatches", mismatches)
@@ -63,7 +64,7 @@ def test_sheet_and_figures(small, simulated, tmp_path, capsys, fault):
     assert {path.name for path in folder.iterdir()} == RESULTS
     config, = configs
     thesis, ours = demo.configurations(small)
-    assert config == ours and config.disparities == thesis.disparities == 16 and config.max_width == 40
+    assert config == ours and config.labels == thesis.labels == 16 and config.max_width == 40
 
     labels = disparities(small.left, small.right, ours).copy()
     labels[0, :fault] ^= 8
@@ -90,7 +91,7 @@ def test_real_pair(simulated, tmp_path):
     configs = simulated()
     assert demo.main(["--output", str(tmp_path)]) == 0
     report = json.loads((tmp_path / "report.json").read_text())
-    assert (report["width"], report["height"], report["disparities"], configs[0].disparities) == (370, 250, 32, 32)
+    assert (report["width"], report["height"], report["disparities"], configs[0].labels) == (370, 250, 32, 32)
     figures = report["bad_pixels_percent"]
     assert figures["fused"] < figures["thesis"] / 3
     told = " ".join((ROOT / "README.md").read_text(encoding="utf-8").split())

@@ -5,9 +5,7 @@ import json
 import numpy as np
 import pytest
 
-from golden.config import Cost
-from golden.matcher import fused
-from golden.matcher.labelling import match
+from golden.matcher.matcher import match
 from golden.pictures import dataset
 from golden.pictures.dataset import StereoPair
 from golden.pictures.scenes import scene
@@ -79,15 +77,10 @@ def fake(monkeypatch, fault):
         configs.append(config)
         height, width = lefts[0].shape
         about = [Frame(width, height, 1000, 2 * width * height, 1, 300, 100)], {"clocks": 1000}, 0.5, 0.0
-        if config.cost is not Cost.FUSED:
-            labels = match(lefts[0], rights[0], config).astype(np.uint8)
-            labels[0, :fault] = labels[0, :fault] == 0
-            return Result([labels], *about)
-        golden = fused.match(lefts[0], rights[0], config)
-        parts = golden.disparity.copy(), golden.passed.copy(), golden.confidence.copy()
-        for line, part in enumerate(parts):
-            part[line, :fault] = part[line, :fault] == 0
-        return Result([parts[0]], *about, None, [parts[1]], [parts[2]])
+        fields = {name: values.astype(np.int32) for name, values in match(lefts[0], rights[0], config).items()}
+        for line, values in enumerate(fields.values()):
+            values[line, :fault] = values[line, :fault] == 0
+        return Result([fields], *about)
 
     monkeypatch.setattr(evaluate, "simulate", simulate)
     return configs
@@ -102,15 +95,14 @@ def test_figures(pairs, monkeypatch, tmp_path, capsys, cost, fault):
     told = json.loads((tmp_path / "a.json").read_text())
     assert told["mismatches"] == fault * len(pairs) * (3 if cost else 1)
     assert f"Mismatching pixels against golden: {told['mismatches']}" in capsys.readouterr().out
-    assert [(config.disparities, config.max_width) for config in configs] == [(5, 20), (8, 31)]
-    assert {config.weights[0] for config in configs} == {9 if "--u1" in cost else 17 if cost else 15}
+    assert [(config.labels, config.max_width) for config in configs] == [(5, 20), (8, 31)]
+    assert {config.method.weights[0] for config in configs} == {9 if "--u1" in cost else 17 if cost else 15}
     figures = told["bad_pixels_percent"]
     assert told["average"] == pytest.approx(np.mean([value for pair in figures.values() for value in pair.values()]))
     for (name, pair), config in zip(pairs.items(), configs):
-        disparity = (match if config.cost is not Cost.FUSED else lambda *of: fused.match(*of).disparity)(pair.left, pair.right, config)
-        disparity = disparity.copy()
+        disparity = match(pair.left, pair.right, config)["disparity"].copy()
         disparity[0, :fault] = disparity[0, :fault] == 0
-        bad = 100 * np.mean(np.abs(disparity / config.disparity_scale - pair.truth) > 1)
+        bad = 100 * np.mean(np.abs(disparity / config.method.disparity_scale - pair.truth) > 1)
         assert figures[name] == pytest.approx(dict.fromkeys(dataset.MASKS, bad))
         assert 0 < bad < 100
         assert told["rates"][name] == {"clocks_per_pixel": 2.0, "seconds": 0.5}

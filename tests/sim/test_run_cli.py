@@ -7,7 +7,7 @@ import stat
 import numpy as np
 import pytest
 
-from golden.config import MatcherConfig
+from golden.config import MatcherConfig, OnePass, changed
 from golden.matcher.labelling import match
 from golden.pictures.images import read_picture, write_picture
 from golden.pictures.text import read_text
@@ -139,10 +139,10 @@ def fake(monkeypatch, fault=0):
     """A simulation that takes no time: the golden model's labels, the first one changed by ``fault``."""
     def simulate(config, lefts, rights, **_):
         assert config.max_width == lefts[0].shape[1]
-        labels = match(lefts[0], rights[0], config).astype(np.uint8)
+        labels = match(lefts[0], rights[0], config).astype(np.int32)
         labels[0, 0] ^= fault
         height, width = labels.shape
-        return Result([labels], [Frame(width, height, 1000, 600, 595, 300, 100)], {"clocks": 1000}, 0.5, 0.0)
+        return Result([{"disparity": labels}], [Frame(width, height, 1000, 600, 595, 300, 100)], {"clocks": 1000}, 0.5, 0.0)
     monkeypatch.setattr(run, "simulate", simulate)
     monkeypatch.setattr(run, "require", lambda simulator: None)
 
@@ -164,7 +164,7 @@ def test_results(pair, monkeypatch, capsys, fault):
 
     left, right = (read_picture(pair / name) for name in ("left.png", "right.png"))
     labels = np.load(folder / "disparity.npy")
-    golden = match(left, right, MatcherConfig(8, "linear", u1=7))
+    golden = match(left, right, MatcherConfig(8, method=changed(OnePass("linear"), u1=7)))
     assert np.count_nonzero(labels != golden) == fault
     assert np.array_equal(read_text(folder / "disparity.txt")[0], labels)
     assert np.array_equal(read_text(folder / "left.txt")[0], left)

@@ -16,7 +16,7 @@ from rich.box import SIMPLE_HEAD
 from rich.console import Console
 from rich.table import Table
 
-from ...cli import Parser, progress
+from ...cli import Parser, check_disparities, progress
 from ...config import MatcherConfig
 from ...errors import UserError, run_cli
 from ...files import atomic, check_output
@@ -197,10 +197,8 @@ def parser() -> Parser:
 
 def _pair(options: argparse.Namespace) -> View:
     """The view of LEFT and RIGHT."""
-    try:
-        config = MatcherConfig(disparities=options.disparities)
-    except ValueError as error:
-        raise UserError(f"--{error}; choose a value in that range") from None
+    check_disparities(options.disparities)
+    config = MatcherConfig(options.disparities)
     left, right = read_pair(options.left, options.right)
     found = read_truth(options, left.shape, config)
     truth, mask = found or (None, None)
@@ -219,7 +217,7 @@ def _check(options: argparse.Namespace) -> None:
     check_names(options, "scenes", "methods")
     if options.left and not options.right:
         raise UserError(f"{options.left} has no right picture; give LEFT and RIGHT, or neither for the Motorcycle pair")
-    limits = MatcherConfig.DISPARITIES
+    limits = MatcherConfig.LABELS
     if options.left and options.disparities is None:
         raise UserError(f"--disparities is missing; give the number of disparities of the pictures, {limits[0]} to {limits[-1]}")
     for name in ("disparities", "truth"):

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...config import Arithmetic, Cost, MatcherConfig
+from ...config import Arithmetic, MatcherConfig, OnePass
 from ...matcher.cost import local_disparity, matching_cost
 from ...matcher.labelling import labelling, slopes
 from .differences import absolute_differences, outside_candidates
@@ -85,11 +85,11 @@ def thesis_energy(cost: NDArray[Any], left: NDArray[Any], config: MatcherConfig)
 
     ``THESIS`` rounds after the product with the distance of the labels, so its distances are no metric; ``FLOAT`` is not whole.
     """
-    if config.arithmetic is not Arithmetic.LINEAR or config.cost is not Cost.THESIS:
-        raise ValueError(f"the energy is cut in the arithmetic linear of the cost thesis only, not {config.arithmetic} of {config.cost}")
-    label = np.arange(config.disparities)
+    if config.method_as(OnePass).arithmetic is not Arithmetic.LINEAR:
+        raise ValueError(f"the energy is cut in the arithmetic linear only, not {config.method.arithmetic}")
+    label = np.arange(config.labels)
     w1, w2, w3 = slopes(left, config).astype(np.int64)
-    return GridEnergy(cost.astype(np.int64) * config.energy_scale, w1[:, 1:], w2[1:] + w3[:-1], np.abs(label - label[:, None]))
+    return GridEnergy(cost.astype(np.int64) * config.method.energy_scale, w1[:, 1:], w2[1:] + w3[:-1], np.abs(label - label[:, None]))
 
 
 def expand(energy: GridEnergy, labels: Labels, alpha: int) -> Labels:
@@ -205,7 +205,7 @@ def potts_swap(left: NDArray[Any], right: NDArray[Any], labels: int, advance: Pr
 
 def improved(left: NDArray[Any], right: NDArray[Any], labels: int, advance: Progress | None = None) -> Labels:
     """Disparities by alpha-expansion on :func:`thesis_energy`, from those of the one-pass rule: never of more energy than they are."""
-    config = MatcherConfig(disparities=labels, arithmetic=Arithmetic.LINEAR)
+    config = MatcherConfig(labels, method=OnePass(Arithmetic.LINEAR))
     cost = matching_cost(left, right, config)
     start = labelling(cost, local_disparity(cost), left, config)
     return alpha_expansion(thesis_energy(cost, left, config), start, advance=advance)

@@ -12,7 +12,7 @@ from rich.console import Console
 from rich.table import Table
 
 from ...cli import Parser, progress
-from ...config import Arithmetic, MatcherConfig
+from ...config import Arithmetic, MatcherConfig, OnePass
 from ...errors import UserError, run_cli
 from ...files import check_output, write_json
 from ...matcher.cost import local_disparity, matching_cost
@@ -74,7 +74,7 @@ def gaps(pair: StereoPair, every: int = 1, advance: Callable[[], object] = lambd
     advance : callable
         Called after every line.
     """
-    config = MatcherConfig(disparities=pair.disparities, arithmetic=Arithmetic.LINEAR)
+    config = MatcherConfig(pair.disparities, method=OnePass(Arithmetic.LINEAR))
     cost = matching_cost(pair.left, pair.right, config)
     local = local_disparity(cost)
     labels = labelling(cost, local, pair.left, config)

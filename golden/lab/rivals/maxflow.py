@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...config import Arithmetic, Cost, MatcherConfig
+from ...config import Arithmetic, MatcherConfig, OnePass
 from ...matcher.labelling import slopes
 
 
@@ -40,12 +40,12 @@ def line_terms(cost: NDArray[Any], left: NDArray[Any], labels: NDArray[Any], loc
     weight : (W-1,) int64 ndarray
         Smoothness of a pixel of disparity between ``x`` and ``x + 1``.
     """
-    if config.arithmetic is not Arithmetic.LINEAR or config.cost is not Cost.THESIS:
-        raise ValueError(f"lines are cut in the arithmetic linear of the cost thesis only, not {config.arithmetic} of {config.cost}")
+    if config.method_as(OnePass).arithmetic is not Arithmetic.LINEAR:
+        raise ValueError(f"lines are cut in the arithmetic linear only, not {config.method.arithmetic}")
     rows = slice(max(y - 1, 0), y + 2)  # slopes look one line up and one down
     w1, w2, w3 = slopes(np.asarray(left)[rows], config)[:, y - rows.start].astype(np.int64)
     label = np.arange(cost.shape[-1])
-    data = cost[y].astype(np.int64) * config.energy_scale
+    data = cost[y].astype(np.int64) * config.method.energy_scale
     for weight, neighbours, number in ((w2, labels, y - 1), (w3, local, y + 1)):
         if 0 <= number < len(cost):
             data += weight[:, None] * np.abs(label - np.asarray(neighbours)[number, :, None])

@@ -8,7 +8,7 @@ from typing import Any
 
 from numpy.typing import NDArray
 
-from ...config import FUSED_1, FUSED_2, Arithmetic, Cost, FusedParameters, MatcherConfig
+from ...config import FUSED_1, FUSED_2, Arithmetic, Fused, MatcherConfig, OnePass
 from ...matcher.cost import matching_cost
 from ...matcher.energy import energy
 from ...matcher.matcher import disparities as match
@@ -50,16 +50,14 @@ class Method:
     ours: bool = False
 
 
-def _one_pass(left: NDArray[Any], right: NDArray[Any], labels: int, arithmetic: Arithmetic, cost: Cost = Cost.THESIS,
-              fused: FusedParameters = FUSED_1) -> NDArray[Any]:
+def _disparities(left: NDArray[Any], right: NDArray[Any], labels: int, method: OnePass | Fused) -> NDArray[Any]:
     """Disparities by the one-pass rule, in the golden model."""
-    result: NDArray[Any] = match(left, right, MatcherConfig(disparities=labels, arithmetic=arithmetic, cost=cost, fused=fused))
+    result: NDArray[Any] = match(left, right, MatcherConfig(labels, method=method))
     return result
 
 
-def _ours(about: str, *options: Any, published: str | None = None, lowers: bool = False) -> Method:
-    return Method(functools.partial(_one_pass, **dict(zip(("arithmetic", "cost", "fused"), options, strict=False))), about,
-                  published=published, lowers=lowers, ours=True)
+def _ours(about: str, method: OnePass | Fused, published: str | None = None, lowers: bool = False) -> Method:
+    return Method(functools.partial(_disparities, method=method), about, published=published, lowers=lowers, ours=True)
 
 
 METHODS = {
@@ -70,11 +68,11 @@ METHODS = {
     "one-pass-expansion": Method(cuts.improved, "expansions of one-pass-linear, on its own energy", "maxflow", lowers=True),
     "opencv-bm": Method(opencv.block_matching, "OpenCV's StereoBM", "cv2"),
     "opencv-sgbm": Method(opencv.semi_global_matching, "OpenCV's StereoSGBM over eight paths", "cv2"),
-    "one-pass-float": _ours("the thesis's rule in float64: its MATLAB model", Arithmetic.FLOAT, published="Proposed Method"),
-    "one-pass-thesis": _ours("the thesis's rule in its gateware's arithmetic", Arithmetic.THESIS),
-    "one-pass-linear": _ours("the thesis's rule in ours", Arithmetic.LINEAR, lowers=True),
-    "one-pass-fused": _ours("our second method: fused cost, support, refinement", Arithmetic.LINEAR, Cost.FUSED),
-    "one-pass-fused-2": _ours("the same with vertical support", Arithmetic.LINEAR, Cost.FUSED, FUSED_2),
+    "one-pass-float": _ours("the thesis's rule in float64: its MATLAB model", OnePass(Arithmetic.FLOAT), published="Proposed Method"),
+    "one-pass-thesis": _ours("the thesis's rule in its gateware's arithmetic", OnePass(Arithmetic.THESIS)),
+    "one-pass-linear": _ours("the thesis's rule in ours", OnePass(Arithmetic.LINEAR), lowers=True),
+    "one-pass-fused": _ours("our second method: fused cost, support, refinement", FUSED_1),
+    "one-pass-fused-2": _ours("the same with vertical support", FUSED_2),
 }
 
 
@@ -100,6 +98,6 @@ def measure(name: str, pair: StereoPair) -> dict[str, Any]:
     result: dict[str, Any] = {"seconds": time.thread_time() - start}
     result["figures"] = {mask: bad_pixels(found, pair.truth, counted) for mask, counted in pair.masks.items()}
     if method.lowers:
-        config = MatcherConfig(disparities=pair.disparities, arithmetic=Arithmetic.LINEAR)
+        config = MatcherConfig(pair.disparities, method=OnePass(Arithmetic.LINEAR))
         result["energy"] = energy(found, matching_cost(pair.left, pair.right, config), pair.left, config)
     return result

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...config import Arithmetic, MatcherConfig
+from ...config import Arithmetic, MatcherConfig, OnePass, changed
 from ...matcher.cost import local_disparity, matching_cost
 from ...matcher.labelling import scan, slopes
 from ...matcher.smooth import slope
@@ -95,7 +95,7 @@ def bordered_cost(left: NDArray[Any], right: NDArray[Any], config: MatcherConfig
         cost: NDArray[Any] = matching_cost(left, right, config)
         return cost
     # Wide enough that every candidate is within the padded picture.
-    margin = config.disparities
+    margin = config.labels
     how: Any = {"edge": {"mode": "edge"}, "zero": {"mode": "constant"}}[border]
     padded = [np.pad(side, ((1, 1), (margin, 1)), **how) for side in (left, right)]
     whole: NDArray[Any] = matching_cost(padded[0], padded[1], config)
@@ -122,20 +122,24 @@ def disparities(left: NDArray[Any], right: NDArray[Any], config: MatcherConfig, 
     pixels, smoothness = _ARITHMETIC[choice.numbers]
     # Without a floor after it, smoothness in 256ths is what the thesis's arithmetic has before its shift.
     exact = smoothness is Arithmetic.FLOAT or choice.numbers.endswith("/256")
-    config = dataclasses.replace(config, arithmetic=smoothness,
-                                 fraction_bits=0 if choice.numbers == "linear q=0" else MatcherConfig.fraction_bits)
-    cost = bordered_cost(left, right, dataclasses.replace(config, arithmetic=pixels), choice.border)
+    def counted_in(arithmetic: Arithmetic) -> MatcherConfig:
+        fraction_bits = 0 if choice.numbers == "linear q=0" else OnePass.fraction_bits
+        return dataclasses.replace(config, method=changed(config.method_as(OnePass), arithmetic=arithmetic, fraction_bits=fraction_bits))
+
+    cost = bordered_cost(left, right, counted_in(pixels), choice.border)
+    config = counted_in(smoothness)
     local = np.argmin(cost[..., ::-1], axis=-1) if choice.last else local_disparity(cost)
     shift = 8 if smoothness is Arithmetic.THESIS and not exact else 0
-    scale = 256 if choice.numbers.endswith("/256") else config.energy_scale
+    scale = 256 if choice.numbers.endswith("/256") else config.method.energy_scale
     weights = slopes(left, config).astype(np.float64 if exact else np.int32)
     energy = cost.astype(weights.dtype) * scale
     if choice.outside:
-        ramp = np.arange(config.disparities)
-        for at, weight in ((np.s_[:, 0], config.u1), (np.s_[0], config.u2), (np.s_[-1], config.u3)):
+        ramp = np.arange(config.labels)
+        edges: tuple[Any, ...] = (np.s_[:, 0], np.s_[0], np.s_[-1])  # left, upper, lower
+        for at, weight in zip(edges, config.method.weights, strict=True):
             term = ramp * slope(0, weight, config)
             energy[at] += term >> shift if shift else term
     if not choice.last:
         return scan(energy, local, weights, shift=shift)
     # With the labels in reverse order the first of equals is the greatest.
-    return config.disparities - 1 - scan(np.ascontiguousarray(energy[..., ::-1]), local, weights, shift=shift)
+    return config.labels - 1 - scan(np.ascontiguousarray(energy[..., ::-1]), local, weights, shift=shift)

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 
-from ...config import Arithmetic, Cost, MatcherConfig
+from ...config import FUSED_1, Arithmetic, MatcherConfig, Method, OnePass, Weights, changed
 from ...matcher.cost import local_disparity, matching_cost
 from ...matcher.labelling import labelling
 from ...matcher.matcher import disparities as match
@@ -26,15 +26,14 @@ __all__ = ["METHODS", "bad", "background_edges", "border_figures", "choice_figur
 Result = dict[str, NDArray[Any]]
 
 # The methods that are compared: the thesis's in the arithmetic of its MATLAB model, of its FPGA and of our gateware; and our second one.
-METHODS = {
-    "float": {"arithmetic": Arithmetic.FLOAT}, "thesis": {"arithmetic": Arithmetic.THESIS}, "linear": {"arithmetic": Arithmetic.LINEAR},
-    "fused": {"arithmetic": Arithmetic.LINEAR, "cost": Cost.FUSED},
+METHODS: dict[str, Method] = {
+    **{str(arithmetic): OnePass(arithmetic) for arithmetic in Arithmetic}, "fused": FUSED_1,
 }
 
 
 def method_config(method: str, disparities: int) -> MatcherConfig:
     """The configuration of one of :data:`METHODS`."""
-    return MatcherConfig(disparities=disparities, **METHODS[method])  # type: ignore[arg-type]
+    return MatcherConfig(disparities, method=METHODS[method])
 
 
 def bad(labels: NDArray[Any], pair: StereoPair) -> list[float]:
@@ -52,7 +51,7 @@ def labels_of(pair: StereoPair, method: str, weights: tuple[int, int, int] | Non
     """
     config = method_config(method, pair.disparities)
     if weights is not None:
-        config = dataclasses.replace(config, u1=weights[0], u2=weights[1], u3=weights[2])
+        config = dataclasses.replace(config, method=changed(config.method, weights=Weights(*weights)))
     # Processor time of this thread: other jobs may run meanwhile.
     start = time.thread_time()
     labels = match(pair.left, pair.right, config)
@@ -74,7 +73,7 @@ def weight_figures(pair: StereoPair, method: str, weights: Sequence[tuple[int, i
     edges = background_edges(pair)
     result, extended = [], []
     for u1, u2, u3 in weights:
-        labels = labelling(cost, local, pair.left, dataclasses.replace(config, u1=u1, u2=u2, u3=u3))
+        labels = labelling(cost, local, pair.left, dataclasses.replace(config, method=changed(config.method, weights=Weights(u1, u2, u3))))
         result.append(bad(labels, pair))
         extended.append(extension(labels, pair, edges))
     return {"bad": np.array(result), "extended": np.array(extended)}
@@ -117,13 +116,13 @@ def extension(labels: NDArray[Any], pair: StereoPair, edges: NDArray[np.bool_] |
 
 def border_figures(pair: StereoPair, border: str) -> Result:
     """Bad pixels with one of :data:`golden.lab.thesis.choices.BORDERS`: ``labels`` and ``bad`` as of :func:`labels_of`."""
-    labels = choices.disparities(pair.left, pair.right, MatcherConfig(disparities=pair.disparities), choices.Choice(border=border))
+    labels = choices.disparities(pair.left, pair.right, MatcherConfig(pair.disparities), choices.Choice(border=border))
     return {"labels": labels, "bad": np.array(bad(labels, pair))}
 
 
 def choice_figures(pair: StereoPair, colours: tuple[NDArray[np.uint8], NDArray[np.uint8]], some: Sequence[choices.Choice]) -> Result:
     """Bad pixels of each of some choices: ``bad`` (choices, masks), percent. ``colours`` is the pair as its files have it."""
-    config = MatcherConfig(disparities=pair.disparities)
+    config = MatcherConfig(pair.disparities)
     return {"bad": np.array([bad(choices.disparities(*colours, config, choice), pair) for choice in some])}
 
 

@@ -4,8 +4,8 @@ from amaranth import *
 from amaranth.lib import data, wiring
 from amaranth.lib.wiring import In, Out
 
-from golden.config import MatcherConfig
-from golden.matcher.confidence import CONFIDENCE_BITS, WINDOW
+from golden.config import CONFIDENCE_BITS, Fused, MatcherConfig
+from golden.matcher.confidence import WINDOW
 
 from ..stream import LabelWord
 
@@ -67,7 +67,7 @@ class Confidence(wiring.Component):
 
     def elaborate(self, platform):
         m = Module()
-        scale = self.config.disparity_scale
+        scale = self.config.method.disparity_scale
         reach = WINDOW // 2
 
         # The window; its first column is the newest.
@@ -77,7 +77,7 @@ class Confidence(wiring.Component):
             for n, (column, newer) in enumerate(zip(window, [self.i, *window])):
                 m.d.sync += column.eq(Mux(self.opens, self.i, newer) if 0 < n <= reach else newer)
         # Least label that agrees; below zero it wraps, and so do the differences.
-        greatest = self.config.disparities * scale - 1 + scale
+        greatest = self.config.labels * scale - 1 + scale
         least    = Signal(range(greatest + 1), reset_less=True)
         m.d.sync += least.eq(self.disparity - scale)
 
@@ -100,7 +100,7 @@ class Confidence(wiring.Component):
             later = Signal.like(size, name=f"size_{n}", reset_less=True)
             m.d.sync += later.eq(size)
             size = later
-        terms = [*((vote, 2) for vote in votes), (size << 1, 2 * self.config.fused.support_max.bit_length())]
+        terms = [*((vote, 2) for vote in votes), (size << 1, 2 * self.config.method_as(Fused).arms.support_max.bit_length())]
         level = 0
         while len(terms) > 1:
             sums = []

@@ -6,7 +6,7 @@ from amaranth.lib import data, stream, wiring
 from amaranth.lib.fifo import SyncFIFOBuffered
 from amaranth.lib.wiring import In, Out
 
-from golden.config import MINIMUM_BITS, MatcherConfig
+from golden.config import MINIMUM_BITS, Fused, MatcherConfig
 from golden.matcher.confidence import WINDOW
 
 from ...parts.delay import Delay, StreamRegister
@@ -20,7 +20,7 @@ __all__ = ["Median", "MedianColumns"]
 
 
 class MedianColumns(wiring.Component):
-    """Median of the window of ``config.fused.median`` columns and lines around the pixel two columns before the one that comes.
+    """Median of the window of ``median_size`` columns and lines around the pixel two columns before the latest one.
 
     Golden: :func:`golden.matcher.refine.median`. Each column is sorted once, each pair of neighbours merged once: a window of five is a
     pair, the
@@ -45,7 +45,7 @@ class MedianColumns(wiring.Component):
     def __init__(self, config: MatcherConfig):
         self.config = config
         self.shape = shape = LabelWord(config)["label"].shape
-        self.side = side = config.fused.median
+        self.side = side = config.method_as(Fused).refinement.median_size
 
         self.sort = Selection(shape, side, *sort(range(side)))
         exchanges, order = merge(range(side), range(side, 2 * side))
@@ -124,7 +124,7 @@ def contenders(order, side):
 class Median(wiring.Component):
     """Median of labels, and with it disparity and confidence of a pixel: what leaves the refinement.
 
-    Golden: :func:`golden.matcher.refine.median`, then ``disparity = label + minimum * config.disparity_scale``, and
+    Golden: :func:`golden.matcher.refine.median`, then ``disparity = label + minimum * config.method.disparity_scale``, and
     :func:`golden.matcher.confidence.confidence` of the label among those that came.
 
     Frames are rectangular, closed by ``end`` and at most ``max_width`` wide; each may have a size of its own.
@@ -201,7 +201,7 @@ class Median(wiring.Component):
         word  = Signal(DisparityWord(config), reset_less=True)
         shown = Signal(confidence.latency)
         m.d.sync += [
-            word.disparity.eq(label + slot.minimum * config.disparity_scale), word.passed.eq(confidence.center_passed),
+            word.disparity.eq(label + slot.minimum * config.method.disparity_scale), word.passed.eq(confidence.center_passed),
             *copy_flags(word, slot), shown.eq(Cat(median.done & slot.shown, shown)),
         ]
         m.submodules.result = result = Delay(DisparityWord(config), confidence.latency - 1)

@@ -31,7 +31,7 @@ class Bec(wiring.Component):
     """
     def __init__(self, config: MatcherConfig):
         self.config = config
-        self.tree = ComparatorTree(config.cost_bits, config.disparities)
+        self.tree = ComparatorTree(config.method.matching_cost.bits, config.labels)
         super().__init__({
             "i": In(stream.Signature(ColumnWord())),
             "o": Out(stream.Signature(BecWord(config))),

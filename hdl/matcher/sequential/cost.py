@@ -17,7 +17,7 @@ class SubPixelSet(data.StructLayout):
     PARTS = ("pixel", "above", "below", "left")
 
     def __init__(self, config: MatcherConfig):
-        super().__init__({part: range(config.sub_pixel_max + 1) for part in self.PARTS})
+        super().__init__({part: range(config.method.matching_cost.sub_pixel_max + 1) for part in self.PARTS})
 
 
 # What travels beside the arithmetic. `beyond` marks the column one past the line: it completes the pixel before it and is none itself.
@@ -39,8 +39,8 @@ class BuffersWord(data.StructLayout):
     def __init__(self, config: MatcherConfig):
         super().__init__({
             "left": SubPixelSet(config),
-            "right": data.ArrayLayout(SubPixelSet(config), config.disparities),
-            "inside": config.disparities,
+            "right": data.ArrayLayout(SubPixelSet(config), config.labels),
+            "inside": config.labels,
             **_BESIDE,
         })
 
@@ -49,8 +49,8 @@ class CostWord(data.StructLayout):
     """For every label the four differences that a pixel has of its own, as :class:`SubPixelSet` names them."""
     def __init__(self, config: MatcherConfig):
         super().__init__({
-            "cost": data.ArrayLayout(SubPixelSet(config), config.disparities),
-            "inside": config.disparities,
+            "cost": data.ArrayLayout(SubPixelSet(config), config.labels),
+            "inside": config.labels,
             **_BESIDE,
         })
 
@@ -59,7 +59,7 @@ class EdataWord(data.StructLayout):
     """The matching cost of every label."""
     def __init__(self, config: MatcherConfig):
         super().__init__({
-            "cost": data.ArrayLayout(config.cost_bits, config.disparities),
+            "cost": data.ArrayLayout(config.method.matching_cost.bits, config.labels),
             "pixel": PIXEL_BITS,
             "upper": PIXEL_BITS,
             **FLAGS,
@@ -96,7 +96,7 @@ class SubPixels(_Stage):
 
     def elaborate(self, platform):
         m = Module()
-        halve = self.config.arithmetic is Arithmetic.THESIS
+        halve = self.config.method.arithmetic is Arithmetic.THESIS
         before = Signal(ColumnWord())   # the column at x - 1
         beyond = Signal()               # the next word is the one past the line
         start  = Signal(init=1)         # the next column is the first of its line
@@ -144,7 +144,7 @@ class SubPixelBuffers(_Stage):
 
     def elaborate(self, platform):
         m = Module()
-        labels = self.config.disparities
+        labels = self.config.labels
         start = Signal(init=1)
         reached = Signal(labels, reset_less=True)  # d <= x
         in_use  = Signal(labels, reset_less=True)
@@ -183,7 +183,7 @@ class CostEnergy(_Stage):
         m.d.comb += self.i.ready.eq(~self.o.valid | self.o.ready)
         with m.If(self.i.ready):
             m.d.sync += [self.o.valid.eq(self.i.valid), self.o.p.inside.eq(self.i.p.inside), *_copy_beside(self.o.p, self.i.p)]
-            for d in range(self.config.disparities):
+            for d in range(self.config.labels):
                 for part in SubPixelSet.PARTS:
                     left, right = self.i.p.left[part], self.i.p.right[d][part]
                     m.d.sync += self.o.p.cost[d][part].eq(Mux(left > right, left - right, right - left))
@@ -196,7 +196,7 @@ class Edata(_Stage):
     Four differences are a pixel's own, the fifth is the ``left`` one of the next word. A label whose right pixel lies outside the
     picture gets the greatest cost that the width holds (:attr:`golden.config.MatcherConfig.cost_outside`).
 
-    Width: exact; a cost is at most ``config.cost_max``.
+    Width: exact; a cost is at most ``config.method.matching_cost.inside_max``.
 
     Timing: a pixel leaves one cycle after its successor came, hence :attr:`LATENCY`; a word a cycle; ``i.ready`` depends
     combinationally on ``o.ready``.
@@ -216,7 +216,7 @@ class Edata(_Stage):
         config = self.config
         own       = Signal(EdataWord(config), reset_less=True)  # a pixel without its fifth difference
         own_valid = Signal()
-        inside    = Signal(config.disparities, reset_less=True)
+        inside    = Signal(config.labels, reset_less=True)
 
         m.d.comb += self.i.ready.eq(~own_valid | ~self.o.valid | self.o.ready)
         with m.If(self.o.ready):
@@ -229,5 +229,5 @@ class Edata(_Stage):
             with m.If(own_valid):
                 m.d.sync += [self.o.valid.eq(1), self.o.p.pixel.eq(own.pixel), self.o.p.upper.eq(own.upper), *copy_flags(self.o.p, own)]
                 for d, cost in enumerate(self.i.p.cost):
-                    m.d.sync += self.o.p.cost[d].eq(Mux(inside[d], own.cost[d] + cost.left, config.cost_outside))
+                    m.d.sync += self.o.p.cost[d].eq(Mux(inside[d], own.cost[d] + cost.left, config.method.matching_cost.outside))
         return m

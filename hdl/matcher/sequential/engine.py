@@ -38,10 +38,10 @@ class CostSummation(wiring.Component):
 
     def __init__(self, config: MatcherConfig):
         self.config = config
-        labels = config.disparities
+        labels = config.labels
         term = data.ArrayLayout(range(config.smooth_max + 1), labels)
         super().__init__({
-            "cost": In(data.ArrayLayout(config.cost_bits, labels)),
+            "cost": In(data.ArrayLayout(config.method.matching_cost.bits, labels)),
             "s1": In(term),
             "s2": In(term),
             "s3": In(term),
@@ -51,9 +51,9 @@ class CostSummation(wiring.Component):
     def elaborate(self, platform):
         m = Module()
         early = Signal(self.energy.shape(), reset_less=True)
-        for d in range(self.config.disparities):
+        for d in range(self.config.labels):
             m.d.sync += [
-                early[d].eq((self.cost[d] << self.config.energy_shift) + (self.s2[d] + self.s3[d])),
+                early[d].eq((self.cost[d] << self.config.method.energy_shift) + (self.s2[d] + self.s3[d])),
                 self.energy[d].eq(early[d] + self.s1[d]),
             ]
         return m
@@ -84,12 +84,12 @@ class SequentialEngine(wiring.Component):
         Weights; sampled with the first word of a frame.
     """
     def __init__(self, config: MatcherConfig):
-        if config.disparities not in config.SEQUENTIAL_DISPARITIES:
-            raise ValueError(f"the engine sequential computes at most {config.SEQUENTIAL_DISPARITIES[-1]} disparities, "
-                             f"not {config.disparities}; choose the engine streaming")
+        if config.labels not in config.SEQUENTIAL_LABELS:
+            raise ValueError(f"the engine sequential computes at most {config.SEQUENTIAL_LABELS[-1]} disparities, "
+                             f"not {config.labels}; choose the engine streaming")
         self.config = config
         self.smooths = [Smooth(config) for _ in range(3)]
-        self.tree = ComparatorTree(config.energy_bits, config.disparities)
+        self.tree = ComparatorTree(config.energy_bits, config.labels)
         super().__init__({
             "i": In(stream.Signature(BecWord(config))),
             "o": Out(stream.Signature(DisparityWord(config))),
@@ -119,10 +119,10 @@ class SequentialEngine(wiring.Component):
         x_shape = range(config.max_width)
 
         edata_word = data.StructLayout({
-            "cost": data.ArrayLayout(config.cost_bits, config.disparities), "pixel": PIXEL_BITS, "upper": PIXEL_BITS,
+            "cost": data.ArrayLayout(config.method.matching_cost.bits, config.labels), "pixel": PIXEL_BITS, "upper": PIXEL_BITS,
         })
         m.submodules.edata_memory = edata_memory = EdataMemory(edata_word, config.max_width)
-        m.submodules.result_memory = result_memory = Memory(shape=range(config.disparities), depth=config.max_width, init=[])
+        m.submodules.result_memory = result_memory = Memory(shape=range(config.labels), depth=config.max_width, init=[])
         result_read = result_memory.read_port()
         result_write = result_memory.write_port()
         smooth1, smooth2, smooth3 = self.smooths
@@ -140,7 +140,7 @@ class SequentialEngine(wiring.Component):
         fed       = Signal()        # a pixel is fetched and its loop has not begun
         fed_x     = Signal(x_shape, reset_less=True)
         fed_flags = Signal(data.StructLayout(FLAGS), reset_less=True)
-        fed_local = Signal(range(config.disparities), reset_less=True)
+        fed_local = Signal(range(config.labels), reset_less=True)
         fed_plus  = Signal(PIXEL_BITS, reset_less=True)
         has_left  = Signal(reset_less=True)
         has_upper = Signal(reset_less=True)

@@ -35,8 +35,8 @@ class LookUpTable(wiring.Component):
     LATENCY = 1
 
     def __init__(self, config: MatcherConfig):
-        self.labels = config.disparities
-        self.fixed = config.arithmetic is Arithmetic.LINEAR
+        self.labels = config.labels
+        self.fixed = config.method.arithmetic is Arithmetic.LINEAR
         multiple = range((self.labels - 1) * (1 if self.fixed else WEIGHT_MAX) + 1)
         self.row_layout = data.ArrayLayout(multiple, self.labels)
         super().__init__({
@@ -127,7 +127,7 @@ class Smooth(wiring.Component):
         self.config = config
         self.table = LookUpTable(config)
         super().__init__({
-            "label": In(range(config.disparities)),
+            "label": In(range(config.labels)),
             "read": In(1),
             "pixel": In(PIXEL_BITS),
             "neighbour": In(PIXEL_BITS),
@@ -135,7 +135,7 @@ class Smooth(wiring.Component):
             "weight": In(WEIGHT_BITS),
             "fill": In(1),
             "filled": Out(1),
-            "energy": Out(data.ArrayLayout(range(config.smooth_max + 1), config.disparities)),
+            "energy": Out(data.ArrayLayout(range(config.smooth_max + 1), config.labels)),
         })
 
     def elaborate(self, platform):
@@ -153,10 +153,10 @@ class Smooth(wiring.Component):
         m.d.sync += likeness.eq(Mux(self.present, 256 - difference, 0))
 
         # Stage 2: what the table's row is multiplied by.
-        if config.arithmetic is Arithmetic.LINEAR:
-            factor = Signal(range(config.slope_max + 1), reset_less=True)
+        if config.method.arithmetic is Arithmetic.LINEAR:
+            factor = Signal(range(config.method.slope_max + 1), reset_less=True)
             product = sum((Mux(bit, likeness << place, 0) for place, bit in enumerate(self.weight)), Const(0, 1))
-            m.d.sync += factor.eq((product << config.fraction_bits + 1) >> 8)
+            m.d.sync += factor.eq((product << config.method.slope_shift) >> 8)
             dropped_bits = 0
         else:
             factor = Signal.like(likeness, reset_less=True)
@@ -172,4 +172,4 @@ class Smooth(wiring.Component):
 
     @property
     def _product_max(self):
-        return self.config.smooth_max << (8 if self.config.arithmetic is Arithmetic.THESIS else 0)
+        return self.config.smooth_max << (8 if self.config.method.arithmetic is Arithmetic.THESIS else 0)

@@ -57,7 +57,7 @@ class BecCell(wiring.Component):
             "left": In(Column()), "right": In(Column()), "inside": In(1),
             "valid1": In(1), "valid4": In(1),
             "inside_later": Out(1),
-            "cost": Out(config.cost_bits), "cost_inside": Out(1),
+            "cost": Out(config.method.matching_cost.bits), "cost_inside": Out(1),
         })
 
     def elaborate(self, platform):
@@ -117,7 +117,7 @@ class BecCell(wiring.Component):
                 total_sign.eq(sign_side), total_inside.eq(inside[4]),
             ]
         # ~(total + side + sign) == ~total + ~side + ~sign in as many bits.
-        bits = self.config.cost_bits
+        bits = self.config.method.matching_cost.bits
         complement = [Cat(~part, Const(-1, bits - len(part))) for part in (total, side)]
         m.d.sync += data_register(m, self.cost).eq(Mux(total_inside, add_with_carry(*complement, ~total_sign)[:bits], 0))
         m.d.sync += data_register(m, self.cost_inside).eq(total_inside)
@@ -196,7 +196,7 @@ GROUP = 4
 
 def groups_of(config: MatcherConfig):
     """The labels of each group."""
-    return [range(low, min(low + GROUP, config.disparities)) for low in range(0, config.disparities, GROUP)]
+    return [range(low, min(low + GROUP, config.labels)) for low in range(0, config.labels, GROUP)]
 
 
 class BecGroup(wiring.Component):
@@ -219,10 +219,10 @@ class BecGroup(wiring.Component):
     def __init__(self, config: MatcherConfig, labels: range):
         self.config = config
         self.labels = labels
-        least = Least(config.cost_bits, config.disparities)
+        least = Least(config.method.matching_cost.bits, config.labels)
         super().__init__({
             "i": In(BecWave(config)), "o": Out(BecWave(config)),
-            "cost": Out(data.ArrayLayout(config.cost_bits, len(labels))),
+            "cost": Out(data.ArrayLayout(config.method.matching_cost.bits, len(labels))),
             "least_i": In(least), "least_o": Out(least),
         })
 
@@ -248,7 +248,7 @@ class BecGroup(wiring.Component):
 class Queued(data.StructLayout):
     """A pixel to be labelled, and the local disparity of the one below it."""
     def __init__(self, config: MatcherConfig):
-        super().__init__({"pixel": Pixel(), "local": range(config.disparities)})
+        super().__init__({"pixel": Pixel(), "local": range(config.labels)})
 
 
 class LabelMemory(wiring.Component):
@@ -269,7 +269,7 @@ class LabelMemory(wiring.Component):
     def __init__(self, config: MatcherConfig, depth):
         self.config = config
         self.depth = depth
-        words = data.ArrayLayout(config.data_bits, config.disparities)
+        words = data.ArrayLayout(config.data_bits, config.labels)
         super().__init__({"write": In(1), "words": In(words), "address": In(range(depth)), "o": Out(words)})
 
     def elaborate(self, platform):
@@ -338,7 +338,7 @@ class BecArray(wiring.Component):
             "queued": Out(Queued(config)),
             "queued_valid": Out(1),
             "address": In(range(depth)),
-            "cost": Out(data.ArrayLayout(config.cost_bits, config.disparities)),
+            "cost": Out(data.ArrayLayout(config.method.matching_cost.bits, config.labels)),
         })
 
     @staticmethod

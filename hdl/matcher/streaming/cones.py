@@ -4,7 +4,7 @@ from amaranth import *
 from amaranth.lib import data, wiring
 from amaranth.lib.wiring import In, Out
 
-from golden.config import PIXEL_BITS, WEIGHT_BITS, Cost, MatcherConfig
+from golden.config import PIXEL_BITS, WEIGHT_BITS, Fused, MatcherConfig
 
 from ...parts.arithmetic import add_with_carry, multiply
 from ...parts.delay import Delay, data_register
@@ -20,12 +20,12 @@ class Neighbours(data.StructLayout):
     ``n``: pixels of its support, cost ``FUSED`` only.
     """
     def __init__(self, config: MatcherConfig):
-        size = {"n": range(config.fused.support_max + 1)} if config.cost is Cost.FUSED else {}
+        size = {"n": range(config.method_as(Fused).arms.support_max + 1)} if isinstance(config.method, Fused) else {}
         super().__init__({
             "pixel": PIXEL_BITS,
             "left": PIXEL_BITS, "upper": PIXEL_BITS, "lower": PIXEL_BITS,
             "has_left": 1, "has_upper": 1, "has_lower": 1,
-            "upper_label": range(config.disparities), "lower_label": range(config.disparities), **size,
+            "upper_label": range(config.labels), "lower_label": range(config.labels), **size,
         })
 
 
@@ -62,24 +62,25 @@ class Cones(wiring.Component):
     @staticmethod
     def latency_of(config: MatcherConfig):
         """Cycles from neighbours to waves: slope, product, sums, steps, the first step."""
-        label_bits = (config.disparities - 1).bit_length()
+        label_bits = (config.labels - 1).bit_length()
         return Cones.slope_latency_of(config) + max((label_bits - 1).bit_length(), 1) + 3
 
     @staticmethod
     def slope_latency_of(config: MatcherConfig):
         """Cycles from neighbours to slopes: difference, likeness, product, slope, and the product with ``n``."""
-        size_bits = config.fused.support_max.bit_length()
-        times_n = max((size_bits - 1).bit_length(), 1) if config.cost is Cost.FUSED else 0
+        times_n = 0
+        if isinstance(config.method, Fused):
+            times_n = max((config.method.arms.support_max.bit_length() - 1).bit_length(), 1)
         return 2 + (WEIGHT_BITS - 1).bit_length() + 1 + times_n
 
     def elaborate(self, platform):
         m = Module()
         config = self.config
-        labels = config.disparities
-        slope_shape = range(config.slope_max + 1)
+        labels = config.labels
+        slope_shape = range(config.method.slope_max + 1)
 
         # Likeness 256 - |dI|, 0 without a neighbour; slope.
-        fused = config.cost is Cost.FUSED
+        fused = isinstance(config.method, Fused)
         if fused:
             size_bits = len(self.i.n)
             m.submodules.size = size = Delay(size_bits, 2 + (WEIGHT_BITS - 1).bit_length() + 1)
@@ -101,10 +102,10 @@ class Cones(wiring.Component):
             if fused:
                 each = Signal(WEIGHT_BITS, name=f"{name}_each", reset_less=True)
                 m.d.sync += each.eq(product >> 8)
-                slope = multiply(m, name, each, size.o)[0][:config.slope_max.bit_length()]
+                slope = multiply(m, name, each, size.o)[0][:config.method.slope_max.bit_length()]
             else:
                 slope = Signal(slope_shape, name=name, reset_less=True)
-                m.d.sync += slope.eq((product << config.fraction_bits + 1) >> 8)
+                m.d.sync += slope.eq((product << config.method.slope_shift) >> 8)
             slopes.append(slope)
         w1, w2, w3 = slopes
 
@@ -130,10 +131,10 @@ class Cones(wiring.Component):
         later    = at_cones.o
         vertex   = Signal(data.StructLayout({"low": range(labels), "high": range(labels)}), reset_less=True)
         cone     = Signal(range(2 * config.smooth_max + 1), reset_less=True)
-        both     = Signal(range(2 * config.slope_max + 1), reset_less=True)
-        apart    = Signal(range(-config.slope_max, config.slope_max + 1), reset_less=True)
+        both     = Signal(range(2 * config.method.slope_max + 1), reset_less=True)
+        apart    = Signal(range(-config.method.slope_max, config.method.slope_max + 1), reset_less=True)
         slope    = Signal(slope_shape, reset_less=True)
-        negative = Signal(range(-config.slope_max, 1), reset_less=True)
+        negative = Signal(range(-config.method.slope_max, 1), reset_less=True)
         m.d.sync += [
             vertex.low.eq(later.low), vertex.high.eq(later.high), cone.eq(cone_upper + cone_lower),
             both.eq(later.w2 + later.w3), slope.eq(later.w1), negative.eq(-later.w1),

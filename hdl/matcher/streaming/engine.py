@@ -6,7 +6,7 @@ from amaranth.lib.fifo import SyncFIFOBuffered
 from amaranth.lib.memory import Memory
 from amaranth.lib.wiring import In, Out
 
-from golden.config import IN_USE_BITS, MINIMUM_BITS, PIXEL_BITS, WEIGHT_BITS, Cost, MatcherConfig
+from golden.config import IN_USE_BITS, MINIMUM_BITS, PIXEL_BITS, WEIGHT_BITS, Fused, MatcherConfig
 
 from ...parts.arithmetic import choose
 from ...parts.delay import Delay, StreamRegister
@@ -58,7 +58,7 @@ class StreamingEngine(wiring.Component):
 
     def __init__(self, config: MatcherConfig):
         self.config = config
-        self.fused = config.cost is Cost.FUSED
+        self.fused = isinstance(config.method, Fused)
         costs = FusedArray if self.fused else BecArray
         self.source = WaveSource(config)
         self.array = LabelArray(config)
@@ -105,7 +105,7 @@ class StreamingEngine(wiring.Component):
     def elaborate(self, platform):
         m = Module()
         config = self.config
-        labels = config.disparities
+        labels = config.labels
         m.submodules.source = source = self.source
         m.submodules.costs = costs = self.costs
         m.submodules.array = array = self.array
@@ -116,7 +116,7 @@ class StreamingEngine(wiring.Component):
         ]
         if self.fused:
             m.d.comb += [source.minimum.eq(self.minimum), costs.completion.eq(source.completion)]
-            if config.vertical:
+            if (isinstance(config.method, Fused) and config.method.vertical):
                 m.d.comb += costs.vertical.eq(source.vertical)
         else:
             m.d.comb += costs.store.eq(source.store)
@@ -269,7 +269,7 @@ class StreamingEngine(wiring.Component):
         """Left-right check of the label chosen: fills ``word`` but for the size; returns when it is valid."""
         config = self.config
         # How many right labels may come between a pixel's own and its turn: a line, and all that are on their way.
-        latest = config.max_width + self.queue_depth + self.output_depth + config.disparities
+        latest = config.max_width + self.queue_depth + self.output_depth + config.labels
         m.submodules.check = check = LeftRightCheck(config, latest)
         m.d.comb += [
             check.right.eq(self.costs.right), check.right_valid.eq(self.costs.right_valid),
@@ -282,12 +282,12 @@ class StreamingEngine(wiring.Component):
             checked.i.valid.eq(done), checked.i.label.eq(label), *copy_flags(checked.i, turn),
             word.passed.eq(check.passed), *copy_flags(word, checked.o),
         ]
-        if config.refinement.sub_pixel:
+        if config.method_as(Fused).refinement.sub_pixel:
             m.submodules.sub_pixel = sub_pixel = SubPixel(config, self.array.latency + 1)
             m.submodules.fraction = fraction = Delay(Value.cast(sub_pixel.fraction).shape(), check.LATENCY - 1)
             m.d.comb += [
                 sub_pixel.sums.eq(self.costs.cost), sub_pixel.label.eq(label), fraction.i.eq(sub_pixel.fraction),
-                word.label.eq(checked.o.label * config.disparity_scale + Mux(check.passed, fraction.o, 0)),
+                word.label.eq(checked.o.label * config.method.disparity_scale + Mux(check.passed, fraction.o, 0)),
             ]
         else:
             m.d.comb += word.label.eq(checked.o.label)

@@ -6,7 +6,7 @@ from amaranth.lib import data, wiring
 from amaranth.lib.memory import Memory
 from amaranth.lib.wiring import In, Out
 
-from golden.config import MatcherConfig
+from golden.config import Fused, MatcherConfig
 
 from ...parts.delay import NO_COLLISION, Delay, data_register
 from ..stream import Column, Least
@@ -75,16 +75,17 @@ class FusedCell(wiring.Component):
 
     def __init__(self, config: MatcherConfig):
         self.config = config
-        bits = config.fused.neighbours
+        bits = config.method_as(Fused).cost.neighbours
         super().__init__({
             "left": In(Column()), "right": In(Column()), "left_census": In(bits), "right_census": In(bits), "inside": In(1),
             "valid1": In(1), "valid4": In(1), "valid6": In(1),
-            "cost": Out(range(config.fused.cost_max + 1)),
+            "cost": Out(range(config.method_as(Fused).cost.maximum + 1)),
         })
 
     def elaborate(self, platform):
         m = Module()
-        params = self.config.fused
+        method = self.config.method_as(Fused)
+        params = method.cost
         m.submodules.matching_cost = matching_cost = BecCell(self.config)
         m.d.comb += [
             matching_cost.left.eq(self.left), matching_cost.right.eq(self.right), matching_cost.inside.eq(self.inside),
@@ -168,10 +169,10 @@ class FusedGroup(wiring.Component):
     def __init__(self, config: MatcherConfig, labels: range):
         self.config = config
         self.labels = labels
-        least = Least(config.data_bits, config.disparities)
-        vertical = {"vertical_i": In(VerticalWave(config)), "vertical_o": Out(VerticalWave(config))} if config.vertical else {}
+        least = Least(config.data_bits, config.labels)
+        vertical = {"vertical_i": In(VerticalWave(config)), "vertical_o": Out(VerticalWave(config))}
         super().__init__({
-            "i": In(BecWave(config)), "o": Out(BecWave(config)), **vertical,
+            "i": In(BecWave(config)), "o": Out(BecWave(config)), **(vertical if config.method_as(Fused).vertical else {}),
             "sums_i": In(SumWave(config)), "sums_o": Out(SumWave(config)),
             "ends_i": In(Ends(config)), "ends_o": Out(Ends(config)),
             "right_i": In(RightWave(config)), "right_o": Out(RightWave(config)),
@@ -182,7 +183,7 @@ class FusedGroup(wiring.Component):
     @staticmethod
     def cost_latency(config: MatcherConfig):
         """Cycles from a wave to the costs of the pixel that it completes."""
-        return FusedCell.LATENCY + (VerticalSupport.LATENCY if config.vertical else 0)
+        return FusedCell.LATENCY + (VerticalSupport.LATENCY if config.method_as(Fused).vertical else 0)
 
     def elaborate(self, platform):
         m = Module()
@@ -201,7 +202,7 @@ class FusedGroup(wiring.Component):
                 cell.valid1.eq(valid[1]), cell.valid4.eq(valid[4]), cell.valid6.eq(valid[6]),
             ]
             costs.append(cell.cost)
-        if config.vertical:
+        if config.method_as(Fused).vertical:
             m.submodules.vertical = vertical = VerticalSupport(config, self.labels)
             m.d.comb += [vertical.i.eq(self.vertical_i), self.vertical_o.eq(vertical.o), vertical.cost.eq(Cat(costs))]
             costs = list(vertical.joined)
@@ -272,16 +273,16 @@ class FusedArray(wiring.Component):
         super().__init__({
             "wave": In(BecWave(config)),
             "completion": In(Completion()),
-            **({"vertical": In(VerticalWave(config))} if config.vertical else {}),
+            **({"vertical": In(VerticalWave(config))} if config.method_as(Fused).vertical else {}),
             "pixel": In(Pixel()),
             "pixel_valid": In(1),
             "queued": Out(Queued(config)),
             "queued_valid": Out(1),
             "address": In(range(depth)),
-            "cost": Out(data.ArrayLayout(config.data_bits, config.disparities)),
+            "cost": Out(data.ArrayLayout(config.data_bits, config.labels)),
             "take": In(1),
-            "n": Out(range(config.fused.support_max + 1)),
-            "right": Out(range(config.disparities)),
+            "n": Out(range(config.method_as(Fused).arms.support_max + 1)),
+            "right": Out(range(config.labels)),
             "right_valid": Out(1),
         })
 
@@ -311,7 +312,7 @@ class FusedArray(wiring.Component):
         ]
 
         vertical = None
-        if config.vertical:
+        if config.method_as(Fused).vertical:
             m.submodules.vertical = later = Delay(VerticalWave(config), FusedCell.LATENCY, clean=True)
             m.d.comb += later.i.eq(self.vertical)
             vertical = later.o

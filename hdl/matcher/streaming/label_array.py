@@ -24,14 +24,14 @@ class UpWave(data.StructLayout):
     next label, ``below_low`` and ``below_high`` say whether this one is below the vertices.
     """
     def __init__(self, config: MatcherConfig):
-        slope = config.slope_max
+        slope = config.method.slope_max
         super().__init__({
             "cone": range(-config.smooth_max, 2 * config.smooth_max + 1),
             "falling": range(-3 * slope, 1),
             "between": range(-2 * slope, slope + 1),
             "rising": range(-slope, 2 * slope + 1),
-            "low": range(config.disparities),
-            "high": range(config.disparities),
+            "low": range(config.labels),
+            "high": range(config.labels),
             "below_low": 1,
             "below_high": 1,
             "step": range(-3 * slope, 2 * slope + 1),
@@ -45,7 +45,7 @@ def chosen_step(wave, below_low, below_high):
 
 def up_values(config: MatcherConfig):
     """Range of an energy on the way up: matching cost and cones, less ``w1 * d``."""
-    return range(-config.smooth_max, (config.data_max << config.energy_shift) + 2 * config.smooth_max + 1)
+    return range(-config.smooth_max, (config.method.data_max << config.method.energy_shift) + 2 * config.smooth_max + 1)
 
 
 class UpCell(wiring.Component):
@@ -71,7 +71,7 @@ class UpCell(wiring.Component):
     def __init__(self, config: MatcherConfig, label):
         self.config = config
         self.label = label
-        least = Least(up_values(config), config.disparities)
+        least = Least(up_values(config), config.labels)
         super().__init__({
             "i": In(UpWave(config)), "o": Out(UpWave(config)),
             "cost": In(config.data_bits),
@@ -89,7 +89,7 @@ class UpCell(wiring.Component):
             o.eq(self.i), o.cone.eq(self.i.cone + self.i.step),
             o.below_low.eq(below_low), o.below_high.eq(below_high), o.step.eq(chosen_step(self.i, below_low, below_high)),
         ]
-        m.d.sync += energy.eq(((~self.cost).as_unsigned()[:len(self.cost)] << self.config.energy_shift) + self.i.cone)
+        m.d.sync += energy.eq(((~self.cost).as_unsigned()[:len(self.cost)] << self.config.method.energy_shift) + self.i.cone)
 
         # Stage 2: the recursion.
         if self.label == 0:
@@ -105,7 +105,7 @@ class UpCell(wiring.Component):
 class DownWave(data.StructLayout):
     """What the way down adds: ``ramp = 2 * w1 * d`` at this label, and ``2 * w1``."""
     def __init__(self, config: MatcherConfig):
-        super().__init__({"ramp": range(2 * config.smooth_max + 1), "step": range(2 * config.slope_max + 1)})
+        super().__init__({"ramp": range(2 * config.smooth_max + 1), "step": range(2 * config.method.slope_max + 1)})
 
 
 class DownCell(wiring.Component):
@@ -131,24 +131,24 @@ class DownCell(wiring.Component):
     def __init__(self, config: MatcherConfig, label):
         self.config = config
         self.label = label
-        least = Least(config.energy_bits, config.disparities)
+        least = Least(config.energy_bits, config.labels)
         super().__init__({
             "i": In(DownWave(config)), "o": Out(DownWave(config)),
-            "up": In(Least(up_values(config), config.disparities)),
+            "up": In(Least(up_values(config), config.labels)),
             "least_i": In(least), "least_o": Out(least),
         })
 
     def elaborate(self, platform):
         m = Module()
         # Stage 1.
-        here = Signal(Least(self.config.energy_bits, self.config.disparities), reset_less=True)
+        here = Signal(Least(self.config.energy_bits, self.config.labels), reset_less=True)
         o, least_o = data_register(m, self.o), data_register(m, self.least_o)
         m.d.sync += [
             o.step.eq(self.i.step), o.ramp.eq(self.i.ramp - self.i.step),
             here.value.eq(self.up.value + self.i.ramp), here.index.eq(self.up.index),
         ]
         # Stage 2: the recursion.
-        if self.label == self.config.disparities - 1:
+        if self.label == self.config.labels - 1:
             m.d.sync += least_o.eq(here)
         else:
             with m.If(self.least_i.value < here.value):
@@ -185,7 +185,7 @@ class LabelArray(wiring.Component):
 
     def __init__(self, config: MatcherConfig):
         self.config = config
-        labels = config.disparities
+        labels = config.labels
         super().__init__({
             "up": In(UpWave(config)),
             "down": In(DownWave(config)),
@@ -196,13 +196,13 @@ class LabelArray(wiring.Component):
     @property
     def latency(self):
         """Cycles from ``up`` to ``transition``."""
-        turn = self.config.disparities - 1 + UpCell.LATENCY
-        return turn + self.config.disparities - 1 + DownCell.LATENCY + 1 + self.HOPS
+        turn = self.config.labels - 1 + UpCell.LATENCY
+        return turn + self.config.labels - 1 + DownCell.LATENCY + 1 + self.HOPS
 
     def elaborate(self, platform):
         m = Module()
         config = self.config
-        labels = config.disparities
+        labels = config.labels
 
         # Up.
         ups = []

@@ -5,7 +5,7 @@ from amaranth.lib import data, wiring
 from amaranth.lib.memory import Memory
 from amaranth.lib.wiring import In, Out
 
-from golden.config import MINIMUM_BITS, MatcherConfig
+from golden.config import MINIMUM_BITS, Fused, MatcherConfig
 
 from ...parts.delay import NO_COLLISION, Delay, data_register
 from ..stream import Least
@@ -22,7 +22,7 @@ class RightWave(data.StructLayout):
     """
     def __init__(self, config: MatcherConfig):
         super().__init__({
-            "least": Least(range(config.fused.joined_max + 1), config.disparities), "closed": 1, "real": 1,
+            "least": Least(range(config.method_as(Fused).joined_max + 1), config.labels), "closed": 1, "real": 1,
         })
 
 
@@ -46,7 +46,7 @@ class RightCell(wiring.Component):
         self.label = label
         wave = RightWave(config)
         super().__init__({
-            "completion": In(Completion()), "cost": In(range(config.fused.joined_max + 1)),
+            "completion": In(Completion()), "cost": In(range(config.method_as(Fused).joined_max + 1)),
             "i": In(wave), "o": Out(wave),
         })
 
@@ -90,7 +90,7 @@ class LeftRightCheck(wiring.Component):
     def __init__(self, config: MatcherConfig, depth):
         self.config = config
         self.depth = 1 << (depth - 1).bit_length()
-        label = range(config.disparities)
+        label = range(config.labels)
         super().__init__({
             "right": In(label), "right_valid": In(1),
             "enable": In(1), "minimum": In(MINIMUM_BITS),
@@ -101,7 +101,7 @@ class LeftRightCheck(wiring.Component):
     def elaborate(self, platform):
         m = Module()
         config = self.config
-        label = range(config.disparities)
+        label = range(config.labels)
         m.submodules.memory = memory = Memory(shape=label, depth=self.depth, init=[], attrs=NO_COLLISION)
         read = memory.read_port()
         write = memory.write_port()
@@ -113,7 +113,7 @@ class LeftRightCheck(wiring.Component):
             m.d.sync += gone.eq(gone + 1)
 
         # The match: `label` pixels to the left, in the picture and in the memory alike.
-        matched = Signal(range(-config.disparities, config.max_width + 1), reset_less=True)
+        matched = Signal(range(-config.labels, config.max_width + 1), reset_less=True)
         inside  = Signal(reset_less=True)
         place   = Signal(range(self.depth), reset_less=True)
         least   = Signal(MINIMUM_BITS, reset_less=True)
@@ -127,10 +127,10 @@ class LeftRightCheck(wiring.Component):
 
         m.submodules.own = own = Delay(data.StructLayout({"label": label, "enable": 1}), 3)
         m.submodules.inside = inside_later = Delay(1, 2)
-        apart = Signal(range(-config.disparities, config.disparities), reset_less=True)
+        apart = Signal(range(-config.labels, config.labels), reset_less=True)
         ask   = Signal(reset_less=True)
         m.d.comb += [own.i.label.eq(self.label), own.i.enable.eq(self.enable), inside_later.i.eq(inside)]
         m.d.sync += [apart.eq(seen - own.o.label), ask.eq(own.o.enable)]
-        tolerance = config.fused.tolerance
+        tolerance = config.method_as(Fused).refinement.tolerance
         m.d.sync += data_register(m, self.passed).eq(~ask | (inside_later.o & (apart >= -tolerance) & (apart <= tolerance)))
         return m

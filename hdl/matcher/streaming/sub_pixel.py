@@ -44,7 +44,7 @@ class FractionCell(wiring.Component):
 
     def elaborate(self, platform):
         m = Module()
-        most = self.config.data_max
+        most = self.config.method.data_max
 
         # Stages 1 and 2: which neighbour is less, by how much, and how far the greater one is above the label. Complements: signs turn.
         before, own, after = (Signal.like(port, name=f"{port.name}_1", reset_less=True) for port in (self.before, self.own, self.after))
@@ -102,7 +102,7 @@ class SubPixel(wiring.Component):
     def __init__(self, config: MatcherConfig, latency):
         self.config = config
         self.latency = latency
-        labels = config.disparities
+        labels = config.labels
         super().__init__({
             "sums": In(data.ArrayLayout(config.data_bits, labels)), "label": In(range(labels)), "fraction": Out(FRACTION),
         })
@@ -110,7 +110,7 @@ class SubPixel(wiring.Component):
     def elaborate(self, platform):
         m = Module()
         config = self.config
-        labels = config.disparities
+        labels = config.labels
         bits = Shape.cast(FRACTION).width
         inner = range(1, labels - 1)
         later = [Signal(config.data_bits, name=f"sum_{label}", reset_less=True) for label in range(labels)]

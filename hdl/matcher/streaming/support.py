@@ -5,7 +5,7 @@ from amaranth.lib import data, wiring
 from amaranth.lib.memory import Memory
 from amaranth.lib.wiring import In, Out
 
-from golden.config import PIXEL_BITS, MatcherConfig
+from golden.config import PIXEL_BITS, Fused, MatcherConfig
 
 from ...parts.delay import Delay, data_register
 from .waves import Completion, Pixel
@@ -78,13 +78,13 @@ class Arms(wiring.Component):
 
     def __init__(self, config: MatcherConfig):
         self.config = config
-        self.reach = config.fused.reach
+        self.reach = config.method_as(Fused).arms.reach
         length = range(self.reach + 1)
         super().__init__({"step": In(1), "fresh": In(1), "grey": In(PIXEL_BITS), "l": Out(length), "r": Out(length)})
 
     def elaborate(self, platform):
         m = Module()
-        reach, threshold = self.reach, self.config.fused.arm_threshold
+        reach, threshold = self.reach, self.config.method_as(Fused).arms.arm_threshold
         if not reach:
             return m  # no arms
 
@@ -165,7 +165,7 @@ class Ends(data.StructLayout):
 class Slot(data.StructLayout):
     """A pixel whose support is complete: what the labelling must know of it, whether its sums are kept, and the support's size."""
     def __init__(self, config: MatcherConfig):
-        super().__init__({"pixel": Pixel(), "pixel_valid": 1, "real": 1, "n": range(config.fused.support_max + 1)})
+        super().__init__({"pixel": Pixel(), "pixel_valid": 1, "real": 1, "n": range(config.method_as(Fused).arms.support_max + 1)})
 
 
 class SupportSource(wiring.Component):
@@ -202,7 +202,7 @@ class SupportSource(wiring.Component):
     @staticmethod
     def lag_of(config: MatcherConfig):
         """Completions from a pixel's own to that of the last one of its support, and one more: the sum there is then in the ring."""
-        return config.fused.reach + 1
+        return config.method_as(Fused).arms.reach + 1
 
     @staticmethod
     def ring_of(config: MatcherConfig):

@@ -5,7 +5,7 @@ from amaranth.lib import data, wiring
 from amaranth.lib.memory import Memory
 from amaranth.lib.wiring import In, Out
 
-from golden.config import MatcherConfig
+from golden.config import Fused, MatcherConfig
 
 from ...parts.delay import NO_COLLISION, Delay, data_register
 from .waves import VerticalWave
@@ -43,8 +43,8 @@ class VerticalSupport(wiring.Component):
         self.labels = labels
         super().__init__({
             "i": In(VerticalWave(config)), "o": Out(VerticalWave(config)),
-            "cost": In(data.ArrayLayout(range(config.fused.cost_max + 1), len(labels))),
-            "joined": Out(data.ArrayLayout(range(config.fused.joined_max + 1), len(labels))),
+            "cost": In(data.ArrayLayout(range(config.method_as(Fused).cost.maximum + 1), len(labels))),
+            "joined": Out(data.ArrayLayout(range(config.method_as(Fused).joined_max + 1), len(labels))),
         })
 
     def elaborate(self, platform):
@@ -71,7 +71,7 @@ class VerticalSupport(wiring.Component):
         for n in range(len(self.labels)):
             own, up, down, twice = (
                 Signal.like(word.own[n], name=f"{name}_{n}", reset_less=True) for name in ("own", "up", "down", "twice"))
-            beside = Signal(range(2 * self.config.fused.cost_max + 1), name=f"beside_{n}", reset_less=True)
+            beside = Signal(range(2 * self.config.method_as(Fused).cost.maximum + 1), name=f"beside_{n}", reset_less=True)
             m.d.sync += [
                 own.eq(word.own[n]), up.eq(Mux(wave.o.above, word.above[n], word.own[n])),
                 down.eq(Mux(wave.o.below, below.o[n], word.own[n])),

@@ -4,7 +4,7 @@ from amaranth import *
 from amaranth.lib import data, stream, wiring
 from amaranth.lib.wiring import In, Out
 
-from golden.config import IN_USE_BITS, MINIMUM_BITS, PIXEL_BITS, Cost, MatcherConfig
+from golden.config import IN_USE_BITS, MINIMUM_BITS, PIXEL_BITS, Fused, MatcherConfig
 
 from ...parts.delay import data_register
 from ..stream import FLAGS, CensusWord, Column, ColumnWord
@@ -20,10 +20,9 @@ class BecWave(data.StructLayout):
     ``valid``.
     """
     def __init__(self, config: MatcherConfig):
-        bits = config.fused.neighbours
-        census = {"left_census": bits, "right_census": bits} if config.cost is Cost.FUSED else {}
+        census = dict.fromkeys(("left_census", "right_census"), config.method.cost.neighbours) if isinstance(config.method, Fused) else {}
         super().__init__({
-            "valid": 1, "pre": 1, "inside": 1, "left": Column(), "right": Column(), **census, "in_use": range(config.disparities + 1),
+            "valid": 1, "pre": 1, "inside": 1, "left": Column(), "right": Column(), **census, "in_use": range(config.labels + 1),
         })
 
 
@@ -86,8 +85,8 @@ class WaveSource(wiring.Component):
     """
     def __init__(self, config: MatcherConfig):
         self.config = config
-        self.fused = config.cost is Cost.FUSED
-        self.vertical_support = config.vertical
+        self.fused = isinstance(config.method, Fused)
+        self.vertical_support = (isinstance(config.method, Fused) and config.method.vertical)
         more = {"minimum": In(MINIMUM_BITS), "completion": Out(Completion())} if self.fused else {}
         if self.vertical_support:
             more["vertical"] = Out(VerticalWave(config))
@@ -105,7 +104,7 @@ class WaveSource(wiring.Component):
     @property
     def flush_waves(self):
         """Waves without a pixel that follow a frame, or a line of less than ``D`` pixels."""
-        return max(self.config.disparities, self.config.fused.reach + 1) if self.fused else 0
+        return max(self.config.labels, self.config.method_as(Fused).arms.reach + 1) if self.fused else 0
 
     def elaborate(self, platform):
         m = Module()
@@ -131,7 +130,7 @@ class WaveSource(wiring.Component):
                     if self.vertical_support:
                         m.d.sync += beneath.eq(before.below & ~self.i.p.first)
                     with m.If(self.i.p.first):
-                        labels = self.config.disparities
+                        labels = self.config.labels
                         m.d.sync += in_use.eq(Mux(self.in_use > labels, labels, self.in_use))
                         if self.fused:
                             m.d.sync += self.least.eq(self.minimum)
@@ -201,7 +200,7 @@ class WaveSource(wiring.Component):
 
     def _vertical(self, m, issue, emit, before, has_above):
         """Tells which neighbours of the pixel above the array's line are like it."""
-        threshold = self.config.fused.vertical_threshold
+        threshold = self.config.method_as(Fused).vertical.vertical_threshold
         column = Signal(range(self.config.max_width))
         with m.If(issue):
             m.d.sync += column.eq(Mux(emit, column + 1, 0))
@@ -224,11 +223,11 @@ class WaveSource(wiring.Component):
         self.flush_follows = Signal()
         self.flush_ends = Signal()
         waves = Signal(range(self.flush_waves))
-        column = Signal(range(max(config.MINIMUMS[-1], config.disparities) + 1))  # of the line; stays at its greatest value
+        column = Signal(range(max(config.MINIMUMS[-1], config.labels) + 1))  # of the line; stays at its greatest value
         taken = self.i.valid & self.i.ready
         m.d.comb += [
             self.reached.eq(column >= self.least),
-            self.flush_follows.eq((column < config.disparities) | before.end),
+            self.flush_follows.eq((column < config.labels) | before.end),
             self.flush_ends.eq(waves == self.flush_waves - 1),
         ]
         with m.If(issue & flush):

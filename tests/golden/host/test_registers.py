@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from golden.config import MatcherConfig, Refinement
+from golden.config import FUSED_1, MatcherConfig, OnePass, changed
 from golden.host.protocol import (
     BAUD,
     FRAME_BYTES,
@@ -94,7 +94,7 @@ def test_silence_covers_time_out_and_a_reply():
 
 def test_what_must_be_there():
     names = {register.name for register in REGISTERS}
-    assert names >= {"identity", "version", "disparities", "width", "height", "u1", "u2", "u3", "labels", "show", "colour", "hold",
+    assert names >= {"identity", "version", "disparities", "width", "height", "u1", "u2", "u3", "in_use", "show", "colour", "hold",
                      "clear_counters", "restart_setup", "memory_ready", "matcher_error", "display_frames", "pairs", "pictures_dropped",
                      "pictures_abandoned", "display_underflows", "uart_errors"}
     assert names >= {f"{side}_{what}" for side in ("left", "right")
@@ -104,15 +104,15 @@ def test_what_must_be_there():
 
 
 def test_values_follow_the_configuration():
-    registers = register_map(MatcherConfig(disparities=256, u1=1, u2=2, u3=63, max_width=4096), height=2000)
-    assert [registers[name].reset for name in ("disparities", "width", "height", "u1", "u2", "u3", "labels")] == [
+    registers = register_map(MatcherConfig(labels=256, max_width=4096, method=changed(OnePass(), u1=1, u2=2, u3=63)), height=2000)
+    assert [registers[name].reset for name in ("disparities", "width", "height", "u1", "u2", "u3", "in_use")] == [
         256, 4096, 2000, 1, 2, 63, 256]
-    assert [registers[name].width for name in ("u1", "labels", "show", "colour", "pairs")] == [6, 9, 2, 1, 16]
-    assert (registers["labels"].minimum, registers["labels"].maximum) == (1, 256)
-    assert [register.reset for register in REGISTERS.of(Kind.PARAMETER)] == [15, 10, 5, 80, 0, 0, 0, 0, 1, 1, 1]
-    fused = register_map(MatcherConfig(arithmetic="linear", cost="fused", minimum=7, refinement=Refinement(fill=False)))
-    assert [register.reset for register in fused.of(Kind.PARAMETER)] == [17, 30, 22, 80, 0, 0, 0, 7, 1, 0, 1]
-    assert [registers["cost"].text(registers["cost"].reset), fused["cost"].text(fused["cost"].reset)] == ["thesis", "fused"]
+    assert [registers[name].width for name in ("u1", "in_use", "show", "colour", "pairs")] == [6, 9, 2, 1, 16]
+    assert (registers["in_use"].minimum, registers["in_use"].maximum) == (1, 256)
+    assert [register.reset for register in REGISTERS.of(Kind.SETTING)] == [15, 10, 5, 80, 0, 0, 0]
+    fused = register_map(MatcherConfig(minimum=7, method=changed(FUSED_1, fill=False)))
+    assert [register.reset for register in fused.of(Kind.SETTING)] == [17, 30, 22, 80, 0, 0, 0, 7, 1, 0, 1]
+    assert [registers["method"].text(registers["method"].reset), fused["method"].text(fused["method"].reset)] == ["thesis", "fused"]
     assert registers["identity"].reset.to_bytes(2, "big") == b"SG"
 
 
@@ -120,8 +120,10 @@ def test_addresses():
     """Addresses are a contract: a change of one needs another version."""
     assert {register.name: register.address for register in REGISTERS if not register.address % 16} == {
         "identity": 0x00, "u1": 0x10, "clear_counters": 0x20, "decoder_state": 0x30, "display_frames": 0x40, "right_skipped": 0x50}
-    assert [REGISTERS[name].address for name in ("u1", "u2", "u3", "labels", "show", "colour", "hold", "minimum", "check", "fill",
-                                                      "median")] == list(range(0x10, 0x1B))
+    fused = register_map(MatcherConfig(method=FUSED_1))
+    assert [fused[name].address for name in ("u1", "u2", "u3", "in_use", "show", "colour", "hold", "minimum", "check", "fill",
+                                             "median")] == list(range(0x10, 0x1B))
+    assert all(REGISTERS.at(address) is None for address in range(0x17, 0x20))
     for register in REGISTERS:
         assert REGISTERS.at(register.address) is register
     assert REGISTERS.at(0x06) is None
@@ -130,13 +132,13 @@ def test_addresses():
 def test_kinds():
     assert len(REGISTERS.of(*Kind)) == len(REGISTERS)
     assert {register.access for register in REGISTERS.of(Kind.CONSTANT, Kind.STATUS, Kind.COUNTER)} == {"read-only"}
-    assert {register.access for register in REGISTERS.of(Kind.PARAMETER)} == {"read-write"}
+    assert {register.access for register in REGISTERS.of(Kind.SETTING)} == {"read-write"}
     assert {register.access for register in REGISTERS.of(Kind.ACTION)} == {"write 1"}
 
 
 def test_limits():
-    assert [REGISTERS[name].limits for name in ("show", "labels", "version", "decoder_state", "transmitter_step")] == [
-        "0 disparity, 1 left, 2 both", "1 .. 80", "2", "0 busy, 1 done, 2 failed", f"0 .. {len(TFP410.steps) - 1}"]
+    assert [REGISTERS[name].limits for name in ("show", "in_use", "version", "decoder_state", "transmitter_step")] == [
+        "0 disparity, 1 left, 2 both", "1 .. 80", "3", "0 busy, 1 done, 2 failed", f"0 .. {len(TFP410.steps) - 1}"]
 
 
 @pytest.mark.parametrize("name, value, text", [
@@ -180,7 +182,7 @@ def test_bad_map():
     (Request(Operation.WRITE, 0x10, 63), Reply(Status.OK, 0x10, 63), {"u1": 63}),
     (Request(Operation.WRITE, 0x10, 64), Reply(Status.OUT_OF_RANGE, 0x10), {}),
     (Request(Operation.WRITE, 0x13, 0), Reply(Status.OUT_OF_RANGE, 0x13), {}),
-    (Request(Operation.WRITE, 0x13, 1), Reply(Status.OK, 0x13, 1), {"labels": 1}),
+    (Request(Operation.WRITE, 0x13, 1), Reply(Status.OK, 0x13, 1), {"in_use": 1}),
     (Request(Operation.WRITE, 0x20, 1), Reply(Status.OK, 0x20, 1), {"clear_counters": 1}),
     (Request(Operation.WRITE, 0x20, 0), Reply(Status.OUT_OF_RANGE, 0x20), {}),
     (Request(Operation.WRITE, 0x40, 0), Reply(Status.READ_ONLY, 0x40), {}),
@@ -203,7 +205,7 @@ def test_answer_to_a_bad_sum():
 def test_page_is_up_to_date(tmp_path):
     assert main(["--output", str(tmp_path / "registers.md")]) == 0
     text = (tmp_path / "registers.md").read_text()
-    assert text == page(REGISTERS)
+    assert text == page(register_map(MatcherConfig(method=FUSED_1)))
     assert (ROOT / "docs" / "registers.md").read_text() == text, "run python -m golden.host.register_page --output docs/registers.md"
 
 

@@ -30,7 +30,7 @@ def test_runs(capsys):
 
 
 @pytest.mark.parametrize("arguments, message", [
-    ("--disparities 1000", f"--disparities must be a whole number from 2 to {MatcherConfig.DISPARITIES[-1]}, not 1000"),
+    ("--disparities 1000", f"--disparities must be a whole number from 2 to {MatcherConfig.LABELS[-1]}, not 1000"),
     ("--width 5000", "5000x576"),
     ("--height 0", "720x0"),
     ("--plain-rows 0", "--plain-rows must be at least 1, not 0"),

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from golden.config import MatcherConfig
+from golden.config import MatcherConfig, OnePass
 from golden.errors import UserError
 from golden.lab import cache as cache_module
 from golden.lab.cache import Cache, source_digest, source_files
@@ -15,7 +15,7 @@ pytest.importorskip("dask", reason="dask, of the extra lab, is not installed")
 
 
 LEFT, RIGHT = np.random.default_rng(1).integers(0, 256, (2, 5, 6))
-JOB = (match, LEFT, RIGHT, MatcherConfig(disparities=4))
+JOB = (match, LEFT, RIGHT, MatcherConfig(labels=4))
 
 
 def test_what_is_kept_is_found(tmp_path):
@@ -24,7 +24,7 @@ def test_what_is_kept_is_found(tmp_path):
     result = {"labels": np.arange(6).reshape(2, 3), "seconds": np.array(0.5)}
     cache.keep(JOB, result)
     for again in (cache, Cache(tmp_path / "a" / "b")):
-        found = again.load((match, LEFT.copy(), RIGHT.copy(), MatcherConfig(disparities=4)))
+        found = again.load((match, LEFT.copy(), RIGHT.copy(), MatcherConfig(labels=4)))
         assert found.keys() == result.keys()
         for name, array in result.items():
             np.testing.assert_array_equal(found[name], array)
@@ -34,8 +34,8 @@ def test_whatever_differs_is_another_job(tmp_path, monkeypatch):
     cache = Cache(tmp_path)
     changed = LEFT.copy()
     changed[4, 5] += 1
-    others = [(disparities, *JOB[1:]), (match, changed, *JOB[2:]), (match, RIGHT, LEFT, JOB[3]), (*JOB[:3], MatcherConfig(disparities=5)),
-              (*JOB[:3], MatcherConfig(disparities=4, arithmetic="linear")), (match, LEFT.astype(np.int32), *JOB[2:])]
+    others = [(disparities, *JOB[1:]), (match, changed, *JOB[2:]), (match, RIGHT, LEFT, JOB[3]), (*JOB[:3], MatcherConfig(labels=5)),
+              (*JOB[:3], MatcherConfig(labels=4, method=OnePass("linear"))), (match, LEFT.astype(np.int32), *JOB[2:])]
     paths = {cache.path(job) for job in (JOB, *others)}
     assert len(paths) == len(others) + 1
     monkeypatch.setattr(cache_module, "_sources", lambda file: f"other code in {file}")

@@ -5,7 +5,7 @@ import pathlib
 
 import pytest
 
-from golden.config import FUSED_1, FUSED_2, FUSED_3, Arithmetic, MatcherConfig, Refinement
+from golden.config import FUSED_1, FUSED_2, FUSED_3, Arithmetic, MatcherConfig, OnePass, Refinement, changed
 from golden.errors import UserError
 from golden.lab.evaluate import average, evaluate, main
 from golden.pictures.dataset import PAIRS
@@ -26,7 +26,7 @@ def numbers(figures):
 
 @pytest.mark.parametrize("arithmetic", Arithmetic)
 def test_published(arithmetic):
-    figures = evaluate(map(middlebury, PAIRS), lambda disparities: MatcherConfig(disparities=disparities, arithmetic=arithmetic))
+    figures = evaluate(map(middlebury, PAIRS), lambda disparities: MatcherConfig(labels=disparities, method=OnePass(arithmetic)))
     assert list(figures) == ["tsukuba", "venus", "teddy", "cones"]
     assert all(list(pair) == ["nonocc", "all", "disc"] for pair in figures.values())
     assert numbers(figures) == PUBLISHED[arithmetic].split()
@@ -48,8 +48,8 @@ FUSED = [
 @pytest.mark.parametrize("params, refinement, threshold, expected", FUSED)
 def test_fused(params, refinement, threshold, expected):
     """*fused-1* as section 7 of the design has it; *fused-2* as measured."""
-    figures = evaluate(map(middlebury, PAIRS), lambda disparities: MatcherConfig(
-        disparities=disparities, arithmetic="linear", cost="fused", fused=params, refinement=refinement), threshold)
+    method = changed(params, refinement=refinement)
+    figures = evaluate(map(middlebury, PAIRS), lambda disparities: MatcherConfig(disparities, method=method), threshold)
     assert numbers(figures) == expected.split()
 
 

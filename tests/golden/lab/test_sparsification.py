@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from golden.config import MatcherConfig
+from golden.config import FUSED_1, MatcherConfig
 from golden.lab.sparsification import area, area_above_oracle, main, sparsification
 from golden.matcher.fused import match
 from golden.pictures.dataset import PAIRS
@@ -38,7 +38,7 @@ def test_area():
 ])
 def test_confidence_ranks_errors(name, expected, of_random):
     pair = middlebury(name)
-    result = match(pair.left, pair.right, MatcherConfig(disparities=pair.disparities, arithmetic="linear", cost="fused"))
+    result = match(pair.left, pair.right, MatcherConfig(labels=pair.disparities, method=FUSED_1))
     bad = np.abs(result.disparity - pair.truth)[pair.masks["all"]] > 1
     confidence = result.confidence[pair.masks["all"]]
     assert area_above_oracle(confidence, bad) == pytest.approx(expected, abs=0.005)

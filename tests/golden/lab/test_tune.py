@@ -1,13 +1,12 @@
 """golden.lab.tune: the search is reproducible, never worse than its start, and the command's file is read by the others."""
 
-import dataclasses
 import pathlib
 
 import numpy as np
 import pytest
 
 from golden.__main__ import main
-from golden.config import FUSED_1, FUSED_2, FUSED_3, FusedParameters
+from golden.config import FUSED_1, FUSED_2, FUSED_3, Fused, changed, value_of
 from golden.lab import tune
 from golden.lab.evaluate import average
 from golden.lab.workers import workers
@@ -44,8 +43,8 @@ def folder(tmp_path, monkeypatch):
 
 def test_space_is_allowed_and_holds_the_default():
     for name, values in tune.SPACE.items():
-        assert getattr(FUSED_1, name) in values
-        assert values[0] in FusedParameters.LIMITS[name] and values[-1] in FusedParameters.LIMITS[name]
+        assert value_of(FUSED_1, name) in values
+        assert values[0] in Fused.LIMITS[name] and values[-1] in Fused.LIMITS[name]
 
 
 def rows_of(page):
@@ -70,7 +69,7 @@ def test_page_of_the_parameter_sets():
 
 def test_search(lab):
     pairs, names = [pair("one")], ["u1", "reach", "census_columns"]
-    poor = FusedParameters(u1=63, reach=4, arm_threshold=9)
+    poor = changed(FUSED_1, u1=63, reach=4, arm_threshold=9)
     seen = []
     with workers(1) as run:
         first = tune.search(run, pairs, names, 20, 1, poor, lambda *told: seen.append(told))
@@ -80,14 +79,15 @@ def test_search(lab):
     assert alone == (poor, sum(tune.objective(pairs[0], poor).values()))
     params, least = first
     assert least == sum(tune.objective(pairs[0], params).values()) < alone[1]
-    assert dataclasses.replace(params, u1=63, reach=4, census_columns=7) == poor  # nothing else was touched
+    assert changed(params, u1=63, reach=4, census_columns=7) == poor  # nothing else was touched
     assert [done for done, *_ in seen] == [8, 16, 20] and seen[-1][1:] == (least, params)
 
 
 def test_search_learns(lab, monkeypatch):
     # A bowl in place of the pairs. A search that is told nothing comes to 182 in 120 trials; this one to 1.
     def bowl(run, pairs, candidates):
-        return [{"bowl": {"all": (p.u1 - 40)**2 + (p.u2 - 10)**2 + (p.u3 - 25)**2 + (p.arm_threshold - 20)**2}} for p in candidates]
+        best = {"u1": 40, "u2": 10, "u3": 25, "arm_threshold": 20}
+        return [{"bowl": {"all": sum((value_of(p, name) - at)**2 for name, at in best.items())}} for p in candidates]
 
     monkeypatch.setattr(tune, "_figures", bowl)
     assert tune.search(None, [], ["u1", "u2", "u3", "arm_threshold"], 120, 1)[1] < 25
@@ -98,13 +98,13 @@ def test_search_survives_what_cannot_be(lab, monkeypatch):
     monkeypatch.setitem(tune.SPACE, "truncation", range(156, 1024))
     with workers(1) as run:
         params, _ = tune.search(run, [pair("one")], ["truncation"], 16, 1)
-    assert params.cost_max <= 255
+    assert params.cost.maximum <= 255
 
 
 @pytest.mark.parametrize("bits", [3, 5])
 def test_cost_bits(lab, bits):
-    start = FusedParameters(cost_shift=7, cost_outside=3, truncation=60, cost_factor=2, census_weight=12)
-    assert start.cost_max.bit_length() == 3
+    start = changed(FUSED_1, cost_shift=7, cost_outside=3, truncation=60, cost_factor=2, census_weight=12)
+    assert start.cost.maximum.bit_length() == 3
     tried = []
     with workers(1) as run:
         def watched(jobs, put):
@@ -113,7 +113,7 @@ def test_cost_bits(lab, bits):
 
         tune.search(watched, [pair("one")], ["truncation", "census_weight", "cost_outside"], 16, 1, start, cost_bits=bits)
     assert len(tried) == 16  # those that cannot be are not counted
-    assert max(params.cost_max.bit_length() for params in tried) == bits
+    assert max(params.cost.maximum.bit_length() for params in tried) == bits
 
 
 def test_nothing_fits(lab, folder, monkeypatch, capsys):
@@ -153,7 +153,7 @@ def test_command(lab, folder, capsys):
 
 
 def test_the_file_is_read(folder, capsys):
-    write_parameters("a.toml", FusedParameters(u1=63, u2=1, median=3), "worse")
+    write_parameters("a.toml", changed(FUSED_1, u1=63, u2=1, median_size=3), "worse")
     match = ["match", "one/left.png", "one/right.png", "--disparities", "8", "--cost", "fused"]
     outputs = []
     for number, options in enumerate([["--parameters", "a.toml"], ["--parameters", "a.toml", "--u1", "17"], []]):
@@ -179,7 +179,7 @@ def test_the_file_is_read(folder, capsys):
     (["--train", "one", "--start", "far.toml"], "far.toml has u2 = 0, which is not within the 1 to 63 of the search"),
 ])
 def test_bad_input(folder, capsys, arguments, message):
-    write_parameters("far.toml", FusedParameters(u2=0), "far")
+    write_parameters("far.toml", changed(FUSED_1, u2=0), "far")
     assert main(["tune", *arguments, "--output", "a.toml"]) == 2
     printed = capsys.readouterr()
     assert printed.out == "" and printed.err.count("\n") == 1

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from golden.config import FUSED_1, FusedParameters
+from golden.config import FUSED_1, FusedCost
 from golden.matcher.census import census, census_plain, hamming
 
 
@@ -20,17 +20,17 @@ def test_bit_order():
 
 
 def test_darker_is_strict():
-    assert census(np.array([[4, 5, 5, 6]]), FusedParameters(census_rows=1, census_columns=3)).tolist() == [[0, 0b01, 0, 0b01]]
+    assert census(np.array([[4, 5, 5, 6]]), FusedCost(census_rows=1, census_columns=3)).tolist() == [[0, 0b01, 0, 0b01]]
 
 
 def test_outside_repeats_the_edge():
     # Down a column of three: the window's five rows see 1 1 1 2 3, 1 1 2 3 3, 1 2 3 3 3.
-    column = census(np.array([[1], [2], [3]]), FusedParameters(census_columns=1))
+    column = census(np.array([[1], [2], [3]]), FusedCost(census_columns=1))
     assert column.tolist() == [[0], [0b0011], [0b0011]]
 
 
 def test_default_has_34_bits():
-    assert FUSED_1.neighbours == 34
+    assert FUSED_1.cost.neighbours == 34
     picture = np.zeros((5, 7), np.uint8)
     picture[2, 3] = 255
     assert int(census(picture)[2, 3]) == 2**34 - 1
@@ -39,7 +39,7 @@ def test_default_has_34_bits():
 @pytest.mark.parametrize("rows, columns", [(5, 7), (1, 1), (3, 5), (7, 9)])
 @pytest.mark.parametrize("width, height", [(1, 1), (2, 7), (13, 6)])
 def test_fast_equals_plain(rows, columns, width, height):
-    params = FusedParameters(census_rows=rows, census_columns=columns, census_weight=1)
+    params = FusedCost(census_rows=rows, census_columns=columns, census_weight=1)
     picture = np.random.default_rng(1).integers(0, 5, (height, width), dtype=np.uint8)  # few levels: ties are frequent
     fast = census(picture, params)
     assert fast.dtype == np.uint64

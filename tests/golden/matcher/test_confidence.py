@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from golden.config import MatcherConfig, Refinement
+from golden.config import FUSED_1, MatcherConfig, changed
 from golden.matcher.confidence import CONFIDENCE_MAX, confidence, confidence_plain
 from golden.matcher.fused import match
 from golden.pictures.scenes import scene
@@ -55,6 +55,6 @@ def test_fast_equals_plain(scale):
 def test_it_tells_a_match_from_none(sub_pixel):
     left, right, _ = scene(80, 40, 9, seed=1)
     left[20:] = np.random.default_rng(2).integers(0, 256, (20, 80))  # the lower half has no match at all
-    result = match(left, right, MatcherConfig(disparities=9, arithmetic="linear", cost="fused", refinement=Refinement(sub_pixel=sub_pixel)))
+    result = match(left, right, MatcherConfig(labels=9, method=changed(FUSED_1, sub_pixel=sub_pixel)))
     assert result.confidence.max() <= CONFIDENCE_MAX == 15
     assert result.confidence[:18].mean() > result.confidence[22:].mean() + 3

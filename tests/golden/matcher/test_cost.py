@@ -3,13 +3,13 @@
 import numpy as np
 import pytest
 
-from golden.config import Arithmetic, MatcherConfig
+from golden.config import Arithmetic, MatcherConfig, OnePass
 from golden.matcher.cost import cost_energy, delayed, edata, local_disparity, matching_cost, outside, sub_pixels
 from golden.pictures.scenes import scene
 
 
 def config(arithmetic, disparities=2, minimum=0):
-    return MatcherConfig(disparities=disparities, arithmetic=arithmetic, minimum=minimum)
+    return MatcherConfig(labels=disparities, minimum=minimum, method=OnePass(arithmetic))
 
 
 @pytest.mark.parametrize("arithmetic, expected", [
@@ -48,7 +48,7 @@ def test_extremes(arithmetic):
     for left, right in ((255, 0), (0, 255)):
         cost = matching_cost(np.full((2, 4), left, np.uint8), np.full((2, 4), right, np.uint8), this)
         inside = np.arange(3) <= np.arange(4)[:, None]
-        assert (cost == np.where(inside, this.cost_max, this.cost_outside)).all()
+        assert (cost == np.where(inside, this.method.matching_cost.inside_max, this.method.matching_cost.outside)).all()
 
 
 def test_differences_and_sum():

@@ -5,7 +5,7 @@ import itertools
 import numpy as np
 import pytest
 
-from golden.config import FusedParameters, MatcherConfig, Refinement
+from golden.config import FUSED_1, MatcherConfig, Refinement, changed
 from golden.matcher.confidence import confidence_plain
 from golden.matcher.fused import labelling, labelling_plain, match
 from golden.matcher.labelling import match as match_thesis
@@ -20,8 +20,7 @@ NO_REFINEMENT = Refinement(check=False, fill=False, median=False)
 
 
 def config(disparities, refinement=NO_REFINEMENT, minimum=0, **parameters):
-    return MatcherConfig(disparities=disparities, arithmetic="linear", cost="fused", minimum=minimum, refinement=refinement,
-                         fused=FusedParameters(**parameters))
+    return MatcherConfig(labels=disparities, minimum=minimum, method=changed(FUSED_1, **parameters, refinement=refinement))
 
 
 # Two pixels of equal grey level, two labels, n = 1: a weight u of the neighbour is worth u eighths of cost, and a tie is the smaller label.
@@ -68,7 +67,7 @@ def test_fast_equals_plain(disparities, width, height):
     this = config(disparities, u1=13, u2=9, u3=21)
     left, right, _ = scene(width, height, disparities, seed=1)
     left[:, width // 3:width // 2] //= 16  # arms of several pixels
-    l, r = arms_plain(left, this.fused)
+    l, r = arms_plain(left, this.method.arms)
     sums = support_sums_plain(fused_cost(left, right, this), l, r)
     plain = labelling_plain(sums, l + r + 1, left, this)
     np.testing.assert_array_equal(labelling(sums, l + r + 1, left, this), plain)
@@ -121,9 +120,9 @@ def test_minimum():
 
 def test_each_cost_has_its_own_matcher():
     picture = np.zeros((2, 2), np.uint8)
-    with pytest.raises(ValueError, match="cost fused, not thesis"):
+    with pytest.raises(ValueError, match="the method must be fused, not thesis"):
         match(picture, picture, MatcherConfig())
-    with pytest.raises(ValueError, match="cost thesis, not fused"):
+    with pytest.raises(ValueError, match="the method must be thesis, not fused"):
         match_thesis(picture, picture, config(2))
 
 

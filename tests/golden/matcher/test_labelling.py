@@ -1,11 +1,10 @@
 """golden.matcher.labelling: the rule on numbers worked by hand, and fast against plain."""
 
-import dataclasses
 
 import numpy as np
 import pytest
 
-from golden.config import Arithmetic, MatcherConfig
+from golden.config import Arithmetic, MatcherConfig, OnePass, changed
 from golden.matcher.cost import local_disparity, matching_cost
 from golden.matcher.labelling import labelling, labelling_plain, match, match_plain, slopes
 from golden.pictures.scenes import discriminates, scene
@@ -25,7 +24,7 @@ def test_slopes():
 @pytest.mark.parametrize("advantage, expected", [(14, 0), (15, 0), (16, 1)])
 def test_left_neighbour(rule, advantage, expected):
     cost = np.array([[[0, 99], [advantage, 0]]])
-    labels = rule(cost, np.zeros((1, 2), int), np.zeros((1, 2), np.uint8), MatcherConfig(disparities=2))
+    labels = rule(cost, np.zeros((1, 2), int), np.zeros((1, 2), np.uint8), MatcherConfig(labels=2))
     assert labels.tolist() == [[0, expected]]
 
 
@@ -33,7 +32,7 @@ def test_left_neighbour(rule, advantage, expected):
 @pytest.mark.parametrize("advantage, expected", [(9, 0), (10, 0), (11, 1)])
 def test_upper_neighbour(rule, advantage, expected):
     cost = np.array([[[0, 99]], [[advantage, 0]]])
-    labels = rule(cost, np.zeros((2, 1), int), np.zeros((2, 1), np.uint8), MatcherConfig(disparities=2))
+    labels = rule(cost, np.zeros((2, 1), int), np.zeros((2, 1), np.uint8), MatcherConfig(labels=2))
     assert labels.tolist() == [[0], [expected]]
 
 
@@ -42,7 +41,7 @@ def test_upper_neighbour(rule, advantage, expected):
 def test_lower_neighbour_counts_by_its_local_disparity(rule, disadvantage, expected):
     # The lower pixel's local disparity is 1, its disparity 0: the former counts.
     cost = np.array([[[0, disadvantage]], [[0, 99]]])
-    labels = rule(cost, np.array([[0], [1]]), np.zeros((2, 1), np.uint8), MatcherConfig(disparities=2))
+    labels = rule(cost, np.array([[0], [1]]), np.zeros((2, 1), np.uint8), MatcherConfig(labels=2))
     assert labels.tolist() == [[expected], [0]]
 
 
@@ -50,7 +49,7 @@ def test_lower_neighbour_counts_by_its_local_disparity(rule, disadvantage, expec
 def test_left_neighbour_counts_by_its_disparity(rule):
     # Of three pixels the second is held at 0 by the first against its own cost, and so holds the third.
     cost = np.array([[[0, 99], [15, 0], [15, 0]]])
-    labels = rule(cost, np.array([[0, 1, 1]]), np.zeros((1, 3), np.uint8), MatcherConfig(disparities=2))
+    labels = rule(cost, np.array([[0, 1, 1]]), np.zeros((1, 3), np.uint8), MatcherConfig(labels=2))
     assert labels.tolist() == [[0, 0, 0]]
 
 
@@ -62,7 +61,7 @@ def test_left_neighbour_counts_by_its_disparity(rule):
 ])
 def test_intensity(rule, arithmetic, advantage, expected):
     cost = np.array([[[0, 999, 999], [advantage, 999, 0]]])
-    labels = rule(cost, np.zeros((1, 2), int), np.array([[0, 100]], np.uint8), MatcherConfig(disparities=3, arithmetic=arithmetic))
+    labels = rule(cost, np.zeros((1, 2), int), np.array([[0, 100]], np.uint8), MatcherConfig(labels=3, method=OnePass(arithmetic)))
     assert labels.tolist() == [[0, expected]]
 
 
@@ -70,7 +69,7 @@ def test_intensity(rule, arithmetic, advantage, expected):
 @pytest.mark.parametrize("disparities", [2, 13, 39])
 @pytest.mark.parametrize("width, height", [(1, 1), (5, 3), (1, 4), (7, 1), (37, 11)])
 def test_fast_equals_plain(arithmetic, disparities, width, height):
-    config = MatcherConfig(disparities=disparities, arithmetic=arithmetic)
+    config = MatcherConfig(labels=disparities, method=OnePass(arithmetic))
     left, right, _ = scene(width, height, disparities, seed=3)
     left[:, width // 2] = 255  # a line of extremes through the texture
     right[height // 2] = 0
@@ -83,7 +82,7 @@ def test_fast_equals_plain(arithmetic, disparities, width, height):
 @pytest.mark.parametrize("disparities, width, height", [(2, 37, 11), (13, 37, 11), (39, 80, 4), (128, 258, 3)])
 def test_fast_equals_plain_where_every_label_wins(arithmetic, disparities, width, height):
     # Other weights than the defaults; odd, so that halves are seen.
-    config = MatcherConfig(disparities=disparities, arithmetic=arithmetic, fraction_bits=1, u1=13, u2=9, u3=3)
+    config = MatcherConfig(labels=disparities, method=changed(OnePass(arithmetic, 1), u1=13, u2=9, u3=3))
     left, right, _ = scene(width, height, disparities, seed=1)
     cost = matching_cost(left, right, config)
     local = local_disparity(cost)
@@ -94,7 +93,7 @@ def test_fast_equals_plain_where_every_label_wins(arithmetic, disparities, width
 
 @pytest.mark.parametrize("minimum", [1, 20, 255])
 def test_minimum(minimum):
-    config = MatcherConfig(disparities=13, minimum=minimum)
+    config = MatcherConfig(labels=13, minimum=minimum)
     left, right, _ = scene(37, 7, 13, seed=3)
     fast = match(left, np.roll(right, -minimum, axis=1), config)
     assert fast.min() >= minimum and fast.max() < minimum + 13
@@ -104,14 +103,14 @@ def test_minimum(minimum):
 @pytest.mark.parametrize("arithmetic", Arithmetic)
 @pytest.mark.parametrize("left, right", [(0, 0), (255, 255), (255, 0), (0, 255)])
 def test_ties_go_to_zero(arithmetic, left, right):
-    config = MatcherConfig(disparities=5, arithmetic=arithmetic)
+    config = MatcherConfig(labels=5, method=OnePass(arithmetic))
     assert not match(np.full((4, 9), left, np.uint8), np.full((4, 9), right, np.uint8), config).any()
 
 
 @pytest.mark.parametrize("arithmetic", Arithmetic)
 def test_never_outside_the_picture(arithmetic):
     # The greatest weights pull hardest at a candidate outside.
-    config = MatcherConfig(disparities=128, arithmetic=arithmetic, u1=63, u2=63, u3=63)
+    config = MatcherConfig(labels=128, method=changed(OnePass(arithmetic), u1=63, u2=63, u3=63))
     rng = np.random.default_rng(5)
     left, right = rng.integers(0, 256, (2, 40, 60), dtype=np.uint8)
     labels = match(left, right, config)
@@ -121,15 +120,15 @@ def test_never_outside_the_picture(arithmetic):
 
 @pytest.mark.parametrize("arithmetic", Arithmetic)
 def test_without_weights_the_disparity_is_local(arithmetic):
-    config = MatcherConfig(disparities=13, arithmetic=arithmetic, u1=0, u2=0, u3=0)
+    config = MatcherConfig(labels=13, method=changed(OnePass(arithmetic), u1=0, u2=0, u3=0))
     left, right, _ = scene(37, 11, 13, seed=1)
     np.testing.assert_array_equal(match(left, right, config), local_disparity(matching_cost(left, right, config)))
-    weighted = dataclasses.replace(config, u3=5)
+    weighted = config.with_settings({"u3": 5})
     assert (match(left, right, weighted) != match(left, right, config)).any()
 
 
 def test_arguments_are_left_alone():
-    config = MatcherConfig(disparities=4)
+    config = MatcherConfig(labels=4)
     left, right, _ = scene(9, 5, 4, seed=1)
     cost = matching_cost(left, right, config)
     local = local_disparity(cost)

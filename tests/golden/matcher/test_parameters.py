@@ -2,14 +2,13 @@
 
 import pytest
 
-from golden.config import FUSED_1, FusedParameters
+from golden.config import FUSED_1, changed
 from golden.errors import UserError
 from golden.matcher.parameters import read_parameters, write_parameters
 
 
-PARAMETERS = FusedParameters(
-    truncation=100, cost_factor=3, census_weight=20, cost_shift=3, cost_outside=29, census_rows=3, census_columns=9,
-    arm_threshold=9, reach=15, u1=16, u2=29, u3=21, energy_shift=2, tolerance=2, median=3)
+PARAMETERS = changed(FUSED_1, truncation=100, cost_factor=3, census_weight=20, cost_shift=3, cost_outside=29, census_rows=3,
+                     census_columns=9, arm_threshold=9, reach=15, u1=16, u2=29, u3=21, energy_shift=2, tolerance=2, median_size=3)
 
 
 def test_back_and_forth(tmp_path):
@@ -20,7 +19,7 @@ def test_back_and_forth(tmp_path):
 
 def test_what_is_not_named_is_the_default(tmp_path):
     (tmp_path / "a.toml").write_text("[fused]\nu1 = 3\n")
-    assert read_parameters(tmp_path / "a.toml") == FusedParameters(u1=3)
+    assert read_parameters(tmp_path / "a.toml") == changed(FUSED_1, u1=3)
     (tmp_path / "a.toml").write_text("[fused]\n")
     assert read_parameters(tmp_path / "a.toml") == FUSED_1
 

@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 
-from golden.config import FusedParameters, MatcherConfig
+from golden.config import FUSED_1, MatcherConfig, changed
 from golden.matcher.refine import check, check_plain, fill, fill_plain, median, median_plain, right_view, right_view_plain
 
 
 def config(disparities=4, minimum=0, tolerance=1):
-    return MatcherConfig(disparities=disparities, minimum=minimum, fused=FusedParameters(tolerance=tolerance))
+    return MatcherConfig(labels=disparities, minimum=minimum, method=changed(FUSED_1, tolerance=tolerance))
 
 
 def test_right_view():

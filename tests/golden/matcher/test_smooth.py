@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from golden.config import MatcherConfig
+from golden.config import MatcherConfig, OnePass
 from golden.matcher.smooth import slope, smooth
 
 
@@ -15,7 +15,7 @@ from golden.matcher.smooth import slope, smooth
     ("linear", 4, [480, 292, 1]),     # 292.5, 1.88
 ])
 def test_slope(arithmetic, fraction_bits, expected):
-    config = MatcherConfig(arithmetic=arithmetic, fraction_bits=fraction_bits)
+    config = MatcherConfig(method=OnePass(arithmetic, fraction_bits))
     assert slope(np.array([0, 100, 255], dtype=np.uint8), 15, config).tolist() == expected
 
 
@@ -25,7 +25,7 @@ def test_slope(arithmetic, fraction_bits, expected):
     ("linear", [0, 146, 292, 438]),   # floor before it
 ])
 def test_smooth(arithmetic, expected):
-    assert smooth(np.arange(4), 100, 15, MatcherConfig(arithmetic=arithmetic)).tolist() == expected
+    assert smooth(np.arange(4), 100, 15, MatcherConfig(method=OnePass(arithmetic))).tolist() == expected
 
 
 def test_thesis_floors_after_the_product():
@@ -34,5 +34,5 @@ def test_thesis_floors_after_the_product():
 
 
 def test_widest():
-    config = MatcherConfig(disparities=128, arithmetic="linear", fraction_bits=4)
+    config = MatcherConfig(labels=128, method=OnePass("linear", 4))
     assert smooth(np.array(127), 0, 63, config) == config.smooth_max == 2 * 63 * 16 * 127

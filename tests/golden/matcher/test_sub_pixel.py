@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from golden.config import MatcherConfig, Refinement
+from golden.config import FUSED_1, MatcherConfig, changed
 from golden.matcher.fused import match
 from golden.matcher.sub_pixel import fraction, fraction_plain, neighbouring_sums, sub_pixel_labels
 from golden.pictures.scenes import scene
@@ -55,8 +55,7 @@ def test_within_half_a_pixel_of_the_whole_disparity(minimum):
     left, right, _ = scene(60, 12, 9, seed=5)
 
     def result(sub_pixel):
-        return match(left, right, MatcherConfig(disparities=9, arithmetic="linear", cost="fused", minimum=minimum,
-                                                refinement=Refinement(sub_pixel=sub_pixel)))
+        return match(left, right, MatcherConfig(labels=9, minimum=minimum, method=changed(FUSED_1, sub_pixel=sub_pixel)))
 
     whole, fine = result(False), result(True)
     assert (whole.scale, fine.scale) == (1, 8)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from golden.config import FUSED_1, FusedParameters, MatcherConfig
+from golden.config import FUSED_1, Arms, FusedCost, MatcherConfig, changed
 from golden.matcher.census import census_plain
 from golden.matcher.cost import delayed, matching_cost
 from golden.matcher.support import arms, arms_plain, fuse, fused_cost, support_sizes, support_sums, support_sums_plain
@@ -11,7 +11,7 @@ from golden.pictures.scenes import scene
 
 
 def config(disparities, minimum=0, **parameters):
-    return MatcherConfig(disparities=disparities, arithmetic="linear", cost="fused", minimum=minimum, fused=FusedParameters(**parameters))
+    return MatcherConfig(labels=disparities, minimum=minimum, method=changed(FUSED_1, **parameters))
 
 
 @pytest.mark.parametrize("cost, distance, expected", [
@@ -22,15 +22,15 @@ def config(disparities, minimum=0, **parameters):
 ])
 def test_fuse(cost, distance, expected):
     assert fuse(np.int16(cost), np.uint8(distance)) == expected
-    assert FUSED_1.cost_max == 138
+    assert FUSED_1.cost.maximum == 138
 
 
 def test_fuse_holds_the_largest_that_parameters_allow():
     # (15 * 1023 + 127 * 34) >> 7 = 153 and 15 * 1023 + 127 * 62 = 23219 leave int16 whole; the limit of 255 does the same for all others.
-    params = FusedParameters(truncation=1023, cost_factor=15, census_weight=127, cost_shift=7)
-    assert fuse(np.int16(2550), np.uint8(34), params) == params.cost_max == 153
-    params = FusedParameters(truncation=1023, cost_factor=15, census_weight=127, cost_shift=7, census_rows=7, census_columns=9)
-    assert fuse(np.int16(2550), np.uint8(62), params) == params.cost_max == 181
+    params = FusedCost(truncation=1023, cost_factor=15, census_weight=127, cost_shift=7)
+    assert fuse(np.int16(2550), np.uint8(34), params) == params.maximum == 153
+    params = FusedCost(truncation=1023, cost_factor=15, census_weight=127, cost_shift=7, census_rows=7, census_columns=9)
+    assert fuse(np.int16(2550), np.uint8(62), params) == params.maximum == 181
 
 
 def test_outside_has_its_own_cost():
@@ -77,14 +77,14 @@ def test_arms(line, l, r):
 def test_arms_end_at_their_reach():
     l, r = arms(np.zeros((1, 40), np.uint8))
     assert l[0].tolist() == [min(x, 16) for x in range(40)] and r[0].tolist() == l[0, ::-1].tolist()
-    assert support_sizes(l, r).max() == 33 == FUSED_1.support_max
-    assert not np.any(arms(np.zeros((1, 40), np.uint8), FusedParameters(reach=0)))
+    assert support_sizes(l, r).max() == 33 == FUSED_1.arms.support_max
+    assert not np.any(arms(np.zeros((1, 40), np.uint8), Arms(reach=0)))
 
 
 @pytest.mark.parametrize("reach, threshold", [(16, 10), (3, 1), (31, 255)])
 @pytest.mark.parametrize("width, height", [(1, 1), (2, 3), (50, 4)])
 def test_arms_fast_equals_plain(reach, threshold, width, height):
-    params = FusedParameters(reach=reach, arm_threshold=threshold)
+    params = Arms(reach=reach, arm_threshold=threshold)
     rng = np.random.default_rng(3)
     left = np.cumsum(rng.integers(-4, 5, (height, width)), axis=1).clip(-120, 120).astype(np.int16) + 120
     for fast, plain in zip(arms(left, params), arms_plain(left, params)):
@@ -101,12 +101,12 @@ def test_sums():
 def test_largest_sum():
     cost = np.full((1, 33, 2), 138, np.uint8)
     assert support_sums(cost, *arms(np.zeros((1, 33), np.uint8)))[0, 16].tolist() == [4554, 4554]
-    assert FUSED_1.sum_max == 4554
+    assert FUSED_1.data_max == 4554
 
 
 def test_sums_fast_equals_plain():
     rng = np.random.default_rng(4)
     cost = rng.integers(0, 256, (5, 70, 4), dtype=np.uint8)
-    l, r = arms(rng.integers(0, 12, (5, 70), dtype=np.uint8), FusedParameters(reach=31))
+    l, r = arms(rng.integers(0, 12, (5, 70), dtype=np.uint8), Arms(reach=31))
     assert l.max() == 31
     np.testing.assert_array_equal(support_sums(cost, l, r), support_sums_plain(cost, l, r))

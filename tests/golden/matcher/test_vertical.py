@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from golden.config import FUSED_1, Arithmetic, Cost, FusedParameters, MatcherConfig
+from golden.config import FUSED_1, MatcherConfig, changed
 from golden.matcher.fused import stages
 from golden.matcher.refine import right_view
 from golden.matcher.support import arms, fused_cost, support_sums
@@ -12,7 +12,7 @@ from golden.pictures.scenes import scene
 
 
 def params(threshold=10, **more):
-    return FusedParameters(vertical=1, vertical_threshold=threshold, cost_shift=7, cost_outside=9, **more)
+    return changed(FUSED_1, vertical_lines=1, vertical_threshold=threshold, cost_shift=7, cost_outside=9, **more)
 
 
 def costs(*column):
@@ -34,20 +34,20 @@ def grey(*column):
     ([63, 63, 63], [0, 0, 0], [252, 252, 252]),         # the largest
 ])
 def test_by_hand(column, left, expected):
-    assert vertical_support(costs(*column), grey(*left), params()).ravel().tolist() == expected
+    assert vertical_support(costs(*column), grey(*left), params().vertical).ravel().tolist() == expected
 
 
 def test_threshold():
     left = grey(0, 255)
-    assert vertical_support(costs(1, 2), left, params(254)).ravel().tolist() == [4, 8]
-    assert vertical_support(costs(1, 2), left, params(255)).ravel().tolist() == [5, 7]
-    assert [flags.ravel().tolist() for flags in alike(grey(8, 8, 9), params(0))] == [[False, True, False], [True, False, False]]
+    assert vertical_support(costs(1, 2), left, params(254).vertical).ravel().tolist() == [4, 8]
+    assert vertical_support(costs(1, 2), left, params(255).vertical).ravel().tolist() == [5, 7]
+    assert [flags.ravel().tolist() for flags in alike(grey(8, 8, 9), params(0).vertical)] == [[False, True, False], [True, False, False]]
 
 
 def test_off_is_the_cost_itself():
     cost = costs(9, 200, 255)
-    assert vertical_support(cost, grey(1, 2, 3), FUSED_1) is cost
-    assert vertical_support_plain(cost, grey(1, 2, 3), FUSED_1).tolist() == cost.tolist()
+    assert vertical_support(cost, grey(1, 2, 3), FUSED_1.vertical) is cost
+    assert vertical_support_plain(cost, grey(1, 2, 3), FUSED_1.vertical).tolist() == cost.tolist()
 
 
 @pytest.mark.parametrize("width, height", [(1, 1), (9, 1), (1, 6), (17, 13)])
@@ -55,27 +55,27 @@ def test_fast_against_plain(width, height):
     rng = np.random.default_rng(width)
     cost = rng.integers(0, 64, (height, width, 5), dtype=np.uint8)
     left = rng.choice([0, 20, 29, 30, 41, 255], (height, width)).astype(np.uint8)
-    given = vertical_support(cost, left, params())
+    given = vertical_support(cost, left, params().vertical)
     assert given.dtype == np.uint8
-    assert given.tolist() == vertical_support_plain(cost, left, params()).tolist()
+    assert given.tolist() == vertical_support_plain(cost, left, params().vertical).tolist()
 
 
 def test_in_the_method():
     """Sums and the right view are those of joined costs."""
-    config = MatcherConfig(disparities=6, arithmetic=Arithmetic.LINEAR, cost=Cost.FUSED, fused=params(40))
+    config = MatcherConfig(labels=6, method=params(40))
     left, right, _ = scene(30, 12, 6, seed=3)
     found = stages(left, right, config)
-    joined = vertical_support(fused_cost(left, right, config), left, config.fused)
-    assert found.sums.tolist() == support_sums(joined, *arms(left, config.fused)).tolist()
+    joined = vertical_support(fused_cost(left, right, config), left, config.method.vertical)
+    assert found.sums.tolist() == support_sums(joined, *arms(left, config.method.arms)).tolist()
     assert found.right.tolist() == right_view(joined, config).tolist()
     assert found.right.tolist() != right_view(fused_cost(left, right, config), config).tolist()
 
 
 def test_limits():
-    assert (params().cost_max, params().joined_max, params().sum_max) == (17, 68, 33 * 68)
-    assert (FUSED_1.joined_max, FUSED_1.sum_max) == (138, 4554)
-    assert FusedParameters(vertical=1, cost_outside=63, census_weight=20, truncation=80, cost_shift=4).joined_max == 252
+    assert (params().cost.maximum, params().joined_max, params().data_max) == (17, 68, 33 * 68)
+    assert (FUSED_1.joined_max, FUSED_1.data_max) == (138, 4554)
+    assert changed(FUSED_1, vertical_lines=1, cost_outside=63, census_weight=20, truncation=80, cost_shift=4).joined_max == 252
     with pytest.raises(ValueError, match="the fused cost of three lines reaches 552, more than the 255 that its 8 bits hold"):
-        FusedParameters(vertical=1)
-    with pytest.raises(ValueError, match="vertical must be"):
-        FusedParameters(vertical=2)
+        changed(FUSED_1, vertical_lines=1)
+    with pytest.raises(ValueError, match="vertical_lines must be"):
+        changed(FUSED_1, vertical_lines=2)

@@ -5,7 +5,7 @@ import itertools
 import numpy as np
 import pytest
 
-from golden.config import Arithmetic, MatcherConfig
+from golden.config import Arithmetic, MatcherConfig, OnePass
 from golden.matcher.labelling import match
 from golden.pictures.scenes import NOISE, discriminates, layers, scene
 
@@ -13,7 +13,7 @@ from golden.pictures.scenes import NOISE, discriminates, layers, scene
 @pytest.mark.parametrize("arithmetic", Arithmetic)
 @pytest.mark.parametrize("width, height, disparities", [(4, 3, 2), (37, 11, 13), (80, 4, 39), (160, 8, 80), (256, 8, 128), (150, 33, 128)])
 def test_every_label_wins(arithmetic, width, height, disparities):
-    config = MatcherConfig(disparities=disparities, arithmetic=arithmetic)
+    config = MatcherConfig(labels=disparities, method=OnePass(arithmetic))
     for seed in range(3):
         left, right, _ = scene(width, height, disparities, seed)
         assert discriminates(match(left, right, config), config)
@@ -39,7 +39,7 @@ def test_every_fourth_line_has_no_match():
 
 def test_arithmetics_differ():
     left, right, _ = scene(150, 33, 128, seed=1)
-    results = [match(left, right, MatcherConfig(disparities=128, arithmetic=arithmetic, fraction_bits=fraction_bits))
+    results = [match(left, right, MatcherConfig(labels=128, method=OnePass(arithmetic, fraction_bits)))
                for arithmetic, fraction_bits in (("thesis", 3), ("linear", 0), ("linear", 1), ("linear", 3))]
     assert all((one != other).any() for one, other in itertools.combinations(results, 2))
 
@@ -76,4 +76,4 @@ def test_seed():
 
 @pytest.mark.parametrize("labels, expected", [([[0, 1], [2, 3]], True), ([[0, 1], [2, 2]], False), ([[3, 1], [2, 2]], False)])
 def test_discriminates(labels, expected):
-    assert discriminates(np.array(labels), MatcherConfig(disparities=4)) is expected
+    assert discriminates(np.array(labels), MatcherConfig(labels=4)) is expected

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from golden.config import Arithmetic, MatcherConfig
+from golden.config import Arithmetic, MatcherConfig, OnePass
 from golden.matcher.labelling import match
 from golden.pictures.metrics import bad_pixels
 from golden.pictures.scenes import SCENES, discriminates, slanted
@@ -16,7 +16,7 @@ SIZES = [(64, 64, 16), (96, 64, 8), (160, 128, 32)]
 @pytest.mark.parametrize("width, height, disparities", SIZES)
 def test_every_label_wins(name, width, height, disparities):
     for arithmetic in Arithmetic:
-        config = MatcherConfig(disparities=disparities, arithmetic=arithmetic)
+        config = MatcherConfig(labels=disparities, method=OnePass(arithmetic))
         for seed in range(2):
             scene = SCENES[name](width, height, disparities, seed)
             assert discriminates(match(scene.left, scene.right, config), config)
@@ -46,7 +46,7 @@ def test_what_both_show_is_alike(name):
 @pytest.mark.parametrize("name, times", [("textureless", 10), ("repetitive", 10), ("thin", 1.5)])
 def test_hard_is_harder(name, times):
     scene = SCENES[name](160, 128, 32, seed=1)
-    labels = match(scene.left, scene.right, MatcherConfig(disparities=32))
+    labels = match(scene.left, scene.right, MatcherConfig(labels=32))
     hard, easy = (bad_pixels(labels, scene.truth, scene.visible & region) for region in (scene.hard, ~scene.hard))
     assert hard > times * easy and easy < 10
 
@@ -63,7 +63,7 @@ def test_unequal_is_slanted_but_for_the_right_picture():
     np.testing.assert_array_equal(same.truth, other.truth)
     change = other.right - (0.8 * same.right + 5)
     assert abs(change.mean()) < 0.1 and 2.5 < change.std() < 3.5 and other.hard.all()
-    config = MatcherConfig(disparities=32)
+    config = MatcherConfig(labels=32)
     bad = [bad_pixels(match(scene.left, scene.right, config), scene.truth, scene.visible) for scene in (same, other)]
     assert bad[1] > 5 * bad[0]
 

@@ -19,7 +19,7 @@ from hdl.host.console import Chip, SerialPort, main
 from sim.models.uart import SimulatedChip
 
 
-REGISTERS = register_map(MatcherConfig(disparities=20), height=200)
+REGISTERS = register_map(MatcherConfig(labels=20), height=200)
 
 
 class FakeLine:
@@ -37,7 +37,7 @@ class FakeLine:
 
     def write(self, data):
         reply, written = answer(self.registers, self.values, data)
-        self.values.update({name: value for name, value in written.items() if self.registers[name].kind is Kind.PARAMETER})
+        self.values.update({name: value for name, value in written.items() if self.registers[name].kind is Kind.SETTING})
         self._data += self.fault(len(self.requests), encode_reply(reply))
         self.requests.append(decode_request(data))
 
@@ -82,10 +82,9 @@ def simulated():
 
 def test_get_and_set_on_the_chip(simulated, capsys):
     simulated.status |= {"pairs": 65535, "left_locked": 1, "decoder_step": 7}
-    assert main(["--port", "none", "set", "u1=0x2A", "show=both", "labels=20", "restart_setup=1"], simulated.connect) == 0
-    assert capsys.readouterr().out == "u1 = 42 grey levels a pixel\nshow = both\nlabels = 20 labels\nrestart_setup = 1\n"
-    assert simulated.params == {"u1": 42, "u2": 10, "u3": 5, "labels": 20, "show": 2, "colour": 0, "hold": 0,
-                                "minimum": 0, "check": 1, "fill": 1, "median": 1}
+    assert main(["--port", "none", "set", "u1=0x2A", "show=both", "in_use=20", "restart_setup=1"], simulated.connect) == 0
+    assert capsys.readouterr().out == "u1 = 42 grey levels a pixel\nshow = both\nin_use = 20 labels\nrestart_setup = 1\n"
+    assert simulated.params == {"u1": 42, "u2": 10, "u3": 5, "in_use": 20, "show": 2, "colour": 0, "hold": 0}
     assert simulated.actions == ["restart_setup"]
     assert main(["--port", "none", "get", "pairs", "left_locked", "decoder_step", "u1", "width"], simulated.connect) == 0
     assert capsys.readouterr().out == (
@@ -254,10 +253,10 @@ def test_other_chips(capsys):
             name, register.address, Kind.CONSTANT, value, "changed", reset=value) for register in REGISTERS]
         return FakeLine(registers=RegisterMap(tuple(changed)))
     assert f"its identity is 4660, not {IDENTITY}" in fails(capsys, "get u1", with_constant("identity", 0x1234))
-    assert "the chip has the cost 2, this console knows those from 0 to 1" in fails(capsys, "get u1", with_constant("cost", 2))
-    assert "version 9 of the register map, this console version 2" in fails(capsys, "get u1", with_constant("version", 9))
-    assert run(capsys, "set labels=200", with_constant("disparities", 256))[0] == 2   # the fake itself still has 20
-    assert "choose one of: 1 .. 20 labels" in fails(capsys, "set labels=21")
+    assert "the chip has the method 2, this console knows those from 0 to 1" in fails(capsys, "get u1", with_constant("method", 2))
+    assert "version 9 of the register map, this console version 3" in fails(capsys, "get u1", with_constant("version", 9))
+    assert run(capsys, "set in_use=200", with_constant("disparities", 256))[0] == 2   # the fake itself still has 20
+    assert "choose one of: 1 .. 20 labels" in fails(capsys, "set in_use=21")
 
 
 @pytest.mark.parametrize("arguments, told", [
@@ -270,7 +269,7 @@ def test_other_chips(capsys):
     ("set u1=two", "u1 cannot be set to 'two'"),
     ("set u1=", "u1 cannot be set to ''"),
     ("set u1=1.5", "u1 cannot be set to '1.5'"),
-    ("set labels=0", "choose one of: 1 .. 20 labels"),
+    ("set in_use=0", "choose one of: 1 .. 20 labels"),
     ("set show=none", "choose one of: 0 disparity, 1 left, 2 both"),
     ("set show=3", "choose one of: 0 disparity"),
     ("set clear_counters=0", "choose one of: 1"),

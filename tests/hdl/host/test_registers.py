@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from amaranth.sim import Simulator
 
-from golden.config import MatcherConfig
+from golden.config import MatcherConfig, OnePass, changed
 from golden.host.protocol import (
     FRAME_BYTES,
     REQUEST_SYNC,
@@ -24,7 +24,7 @@ from hdl.host.registers import ActionLayout, ParameterLayout, RegisterFile, Stat
 from sim.kit.streams import check_rules, receive, run_stream, send
 
 
-REGISTERS = register_map(MatcherConfig(disparities=20, u1=1, u2=2, u3=3, max_width=300), height=200)
+REGISTERS = register_map(MatcherConfig(labels=20, max_width=300, method=changed(OnePass(), u1=1, u2=2, u3=3)), height=200)
 TIMEOUT = 50
 READ_U1 = encode_request(Request(Operation.READ, REGISTERS["u1"].address))
 
@@ -45,7 +45,7 @@ def random_status(rng):
 def conversation(data, status):
     """The chip's bytes after bytes without a pause: ``(bytes, parameters, actions, errors)``, from the golden answer."""
     values = dict(status)
-    params = {register.name: register.reset for register in REGISTERS.of(Kind.PARAMETER)}
+    params = {register.name: register.reset for register in REGISTERS.of(Kind.SETTING)}
     actions: list = []
     given = b""
     errors = at = 0
@@ -198,8 +198,7 @@ def test_reset_values():
 
     async def testbench(ctx):
         assert {name: ctx.get(dut.params[name]) for name in ParameterLayout(REGISTERS).members} == {
-            "u1": 1, "u2": 2, "u3": 3, "labels": 20, "show": 0, "colour": 0, "hold": 0,
-            "minimum": 0, "check": 1, "fill": 1, "median": 1}
+            "u1": 1, "u2": 2, "u3": 3, "in_use": 20, "show": 0, "colour": 0, "hold": 0}
         assert ctx.get(dut.actions.as_value()) == ctx.get(dut.errors) == 0
 
     play(dut, testbench)
@@ -310,7 +309,7 @@ def test_actions_and_parameters_change_before_the_reply():
     dut = register_file()
 
     async def testbench(ctx):
-        for name, value in (("restart_setup", 1), ("clear_counters", 1), ("u3", 63), ("labels", 7)):
+        for name, value in (("restart_setup", 1), ("clear_counters", 1), ("u3", 63), ("in_use", 7)):
             await put(ctx, dut, encode_request(Request(Operation.WRITE, REGISTERS[name].address, value)))
             await ctx.tick()
             assert not ctx.get(dut.o.valid)

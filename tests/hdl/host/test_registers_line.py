@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from amaranth.sim import Simulator
 
-from golden.config import MatcherConfig
+from golden.config import MatcherConfig, OnePass, changed
 from golden.host.protocol import (
     BAUD,
     FRAME_BYTES,
@@ -24,7 +24,7 @@ from hdl.parts.uart import TOLERANCE
 from sim.models.uart import SimulatedChip
 
 
-REGISTERS = register_map(MatcherConfig(disparities=20, u1=1, u2=2, u3=3))
+REGISTERS = register_map(MatcherConfig(labels=20, method=changed(OnePass(), u1=1, u2=2, u3=3)))
 READ_U1 = encode_request(Request(Operation.READ, REGISTERS["u1"].address))
 FRAME_BITS = 30     # the time-out
 
@@ -52,11 +52,11 @@ def test_line(mismatch):
     simulated = chip(mismatch=mismatch)
     simulated.status["pairs"] = 0x1234
     assert ask(simulated, Request(Operation.READ, REGISTERS["pairs"].address)).value == 0x1234
-    for name, value in (("u1", 63), ("labels", 5)):
+    for name, value in (("u1", 63), ("in_use", 5)):
         assert ask(simulated, Request(Operation.WRITE, REGISTERS[name].address, value)).status is Status.OK
         assert simulated.params[name] == value
-    assert ask(simulated, Request(Operation.WRITE, REGISTERS["labels"].address, 21)).status is Status.OUT_OF_RANGE
-    assert simulated.params["labels"] == 5
+    assert ask(simulated, Request(Operation.WRITE, REGISTERS["in_use"].address, 21)).status is Status.OUT_OF_RANGE
+    assert simulated.params["in_use"] == 5
     assert ask(simulated, Request(Operation.WRITE, REGISTERS["restart_setup"].address, 1)).status is Status.OK
     assert simulated.actions == ["restart_setup"]
     assert ask(simulated, Request(Operation.READ, REGISTERS["uart_errors"].address)).value == 0
@@ -91,7 +91,7 @@ def test_request_after_noise(seed):
         assert errors.status is Status.OK
         assert errors.value > counted     # each kind of noise shows
         counted = errors.value
-    assert simulated.params == {register.name: register.reset for register in REGISTERS.of(Kind.PARAMETER)}
+    assert simulated.params == {register.name: register.reset for register in REGISTERS.of(Kind.SETTING)}
 
 
 def test_bytes_that_come_too_early():

@@ -6,7 +6,7 @@ from amaranth import *
 from amaranth.lib import stream, wiring
 from amaranth.lib.wiring import In, Out
 
-from golden.config import Arithmetic, Cost, FusedParameters, MatcherConfig
+from golden.config import FUSED_1, MatcherConfig, changed
 from hdl.matcher.census import CensusStage
 from hdl.matcher.lines import LineStore
 from hdl.matcher.stream import CensusWord, ColumnWord, PixelPair
@@ -19,8 +19,7 @@ SIZES = [(12, 3), (1, 1), (2, 2), (1, 4), (3, 1), (4, 6), (9, 2)]
 
 
 def config(rows, columns, max_width=16):
-    return MatcherConfig(disparities=2, max_width=max_width, arithmetic=Arithmetic.LINEAR, cost=Cost.FUSED,
-                         fused=FusedParameters(census_rows=rows, census_columns=columns))
+    return MatcherConfig(labels=2, max_width=max_width, method=changed(FUSED_1, census_rows=rows, census_columns=columns))
 
 
 def run(cfg, words, **options):
@@ -58,7 +57,7 @@ def test_one_side_stalls(window):
     cfg = config(*window)
     pair = noise(10, 4, 3)
     for stalls in ({"stall_i": 0.6}, {"stall_o": 0.6}):
-        assert run(cfg, column_words(*pair, cfg.fused.census_rows), **stalls) == census_words(*pair, cfg)
+        assert run(cfg, column_words(*pair, cfg.method.cost.census_rows), **stalls) == census_words(*pair, cfg)
 
 
 def test_bits_by_hand():
@@ -92,7 +91,7 @@ def test_timing(window):
     """A word a cycle; ``census_columns // 2`` cycles more a line; the last words of a frame leave though nothing follows."""
     cfg = config(*window)
     dut = CensusStage(cfg)
-    reach, width, height = cfg.fused.census_columns // 2, 11, 4
+    reach, width, height = cfg.method.cost.census_columns // 2, 11, 4
     cycles = {}
     run_stream(dut, column_words(*noise(width, height, 1), dut.rows), rng=np.random.default_rng(1), cycles=cycles)
     expected = [y * (width + reach) + x + dut.latency for y in range(height) for x in range(width)]
@@ -146,7 +145,7 @@ def test_behind_line_store(window, stall):
     } for word in given] == expected
     if not stall:
         gaps = np.diff(cycles["o"][:12 * 4]).tolist()
-        assert gaps == ([1] * 11 + [1 + max(1, cfg.fused.census_columns // 2)]) * 3 + [1] * 11
+        assert gaps == ([1] * 11 + [1 + max(1, cfg.method.cost.census_columns // 2)]) * 3 + [1] * 11
 
 
 def test_words_hold_their_values():

@@ -1,14 +1,14 @@
 import numpy as np
 from amaranth.sim import Simulator
 
-from golden.config import Arithmetic, MatcherConfig
+from golden.config import Arithmetic, MatcherConfig, OnePass, changed
 from golden.matcher.labelling import match
 from golden.pictures.scenes import scene
 from hdl.matcher.framed import FramedMatcher
 from sim.kit.cases import between_frames, camera, disparity_words, noise, pixel_words
 
 
-CONFIG = MatcherConfig(disparities=6, arithmetic=Arithmetic.LINEAR, max_width=16)
+CONFIG = MatcherConfig(labels=6, max_width=16, method=OnePass(Arithmetic.LINEAR))
 CAMERA = ("frame_valid", "line_valid", "pixel_valid", "left", "right")
 
 
@@ -47,13 +47,13 @@ RESET = [{"reset_n": 0, "disparity_ready": 1}, {}, {}, {"reset_n": 1}, *({} for 
 def test_frames():
     """Camera in, disparities out; weights; a reset, even in mid-frame, brings the built-in ones back."""
     left, right, _ = scene(14, 4, 6, seed=1)
-    weighted = MatcherConfig(disparities=6, arithmetic=Arithmetic.LINEAR, max_width=16, u1=63, u2=2, u3=30, in_use=5)
+    weighted = MatcherConfig(labels=6, max_width=16, in_use=5, method=changed(OnePass(Arithmetic.LINEAR), u1=63, u2=2, u3=30))
     expected = [disparity_words(match(left, right, config)) for config in (CONFIG, weighted)]
     assert expected[0] != expected[1]
     frame = show(left, right)
     weights = {"u1": 63, "u2": 2, "u3": 30, "in_use": 5}
     words, status = run_system(FramedMatcher(CONFIG), [
-        *RESET, *frame, {**weights, "set_parameters": 1}, {"u1": 1, "set_parameters": 0}, *frame,
+        *RESET, *frame, {**weights, "apply_settings": 1}, {"u1": 1, "apply_settings": 0}, *frame,
         *frame[:40], *RESET, {"frame_valid": 0}, {}, *frame])
     assert words == [*expected[0], *expected[1], *expected[0]]
     assert set(status) == {(0, 0)}

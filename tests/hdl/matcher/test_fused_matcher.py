@@ -1,17 +1,15 @@
 # amaranth: UnusedElaboratable=no
 """The matcher with the cost fused; its blocks have tests of their own."""
 
-from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from golden.config import Arithmetic, Cost, Engine, FusedParameters, MatcherConfig, Refinement
+from golden.config import FUSED_1, MatcherConfig, Refinement, changed
 from golden.pictures.scenes import scene
 from hdl.matcher.matcher import Matcher
-from hdl.matcher.settings import defaults, setting_ports
+from hdl.matcher.settings import setting_ports
 from sim.kit.cases import comparable, fused_words, noise, pixel_words
-from sim.kit.harness import configured
 from sim.kit.streams import run_stream
 
 from .matcher_runs import after_reset, run_script
@@ -19,12 +17,11 @@ from .ragged import MAX_WIDTH, RAGGED, repaired
 
 
 ALL = Refinement()
-VERTICAL = {"vertical": 1, "vertical_threshold": 30, "truncation": 60, "cost_shift": 6, "cost_outside": 12}
+VERTICAL = {"vertical_lines": 1, "vertical_threshold": 30, "truncation": 60, "cost_shift": 6, "cost_outside": 12}
 
 
 def config_of(labels, max_width, *, refinement=ALL, minimum=0, **fused):
-    return MatcherConfig(disparities=labels, max_width=max_width, arithmetic=Arithmetic.LINEAR, engine=Engine.STREAMING,
-                         cost=Cost.FUSED, refinement=refinement, minimum=minimum, fused=FusedParameters(**fused))
+    return MatcherConfig(labels, max_width, minimum, method=changed(FUSED_1, refinement=refinement, **fused))
 
 
 def as_bytes(pair):
@@ -34,7 +31,7 @@ def as_bytes(pair):
 @pytest.mark.parametrize("stall", [0.0, 0.3])
 @pytest.mark.parametrize("config, width, height", [
     (config_of(2, 1), 1, 1),
-    (config_of(2, 5, reach=0, median=3), 5, 3),
+    (config_of(2, 5, reach=0, median_size=3), 5, 3),
     (config_of(3, 16, minimum=4), 11, 4),
     (config_of(6, 40, reach=3, census_rows=7, census_columns=9, census_weight=25), 40, 7),
     (config_of(6, 3, census_rows=1, census_columns=1), 1, 9),                 # one column, no census
@@ -48,11 +45,11 @@ def as_bytes(pair):
     (config_of(13, 27, reach=31, **VERTICAL), 5, 3),
     (config_of(13, 64, minimum=3, **VERTICAL), 40, 1),
     (config_of(26, 70, refinement=Refinement(sub_pixel=True), **VERTICAL), 70, 4),
-], ids=lambda value: f"D{value.disparities}" if isinstance(value, MatcherConfig) else str(value))
+], ids=lambda value: f"D{value.labels}" if isinstance(value, MatcherConfig) else str(value))
 def test_matches_golden(config, width, height, stall):
     """A scene, and noise of other sizes before and after it, in a row."""
     most = config.max_width
-    pairs = [noise(max(1, width // 2), 2, seed=1), scene(width, height, config.disparities, seed=5)[:2], noise(min(3, most), 1, seed=2),
+    pairs = [noise(max(1, width // 2), 2, seed=1), scene(width, height, config.labels, seed=5)[:2], noise(min(3, most), 1, seed=2),
              noise(most, 2, seed=3)]
     pairs = [as_bytes(pair) for pair in pairs]
     out = run_stream(Matcher(config), [word for pair in pairs for word in pixel_words(*pair)], rng=np.random.default_rng(1),
@@ -92,7 +89,7 @@ def test_one_pixel_a_clock(labels, width, fused):
 
 @pytest.mark.parametrize("config", [
     config_of(6, 60), config_of(13, 100), config_of(13, 8), config_of(13, 100, **VERTICAL),
-], ids=lambda config: f"D{config.disparities}")
+], ids=lambda config: f"D{config.labels}")
 def test_frame_clocks(config):
     """The distance of frames in a row is what builds and tables calculate with: never more, and not much less."""
     dut = Matcher(config)
@@ -111,27 +108,27 @@ def test_settings(sub_pixel):
     config = config_of(6, 24, refinement=Refinement(sub_pixel=sub_pixel))
     left, right, _ = scene(24, 9, 6, seed=1)
     sets = [{}, {"minimum": 2}, {"check": 0, "fill": 0}, {"fill": 0}, {"median": 0}, {"u1": 63, "u2": 0, "in_use": 3}, {"minimum": 255}]
-    expected = [fused_words(left, right, configured(config, settings)) for settings in sets]
+    expected = [fused_words(left, right, config.with_settings(settings)) for settings in sets]
     assert all(a != b for n, a in enumerate(expected) for b in expected[:n])  # each set gives another picture
     dut = Matcher(config)
-    ports = [name for name in setting_ports(config) if name != "set_parameters"]
+    ports = [name for name in setting_ports(config) if name != "apply_settings"]
 
     async def put(ctx, values, pulse):
         for name in ports:
             ctx.set(getattr(dut, name), int(values[name]))
-        ctx.set(dut.set_parameters, pulse)
+        ctx.set(dut.apply_settings, pulse)
         await ctx.tick()
-        ctx.set(dut.set_parameters, 0)
+        ctx.set(dut.apply_settings, 0)
 
     async def script(ctx, send_words, given):
-        other = defaults(config) | {"u1": 33, "in_use": 2, "minimum": 9, "check": 0, "median": 0}
+        other = config.defaults | {"u1": 33, "in_use": 2, "minimum": 9, "check": 0, "median": 0}
         await put(ctx, other, 0)  # inputs alone change nothing
         for number in range(len(sets)):
             await send_words(pixel_words(left, right))
             while len(given) < number * left.size + 1:  # the frame has begun to leave
                 await ctx.tick()
             if number + 1 < len(sets):
-                await put(ctx, defaults(config) | sets[number + 1], 1)
+                await put(ctx, config.defaults | sets[number + 1], 1)
                 await put(ctx, other, 0)
 
     given, errors = run_script(dut, script, len(sets) * left.size)
@@ -165,10 +162,3 @@ def test_reset_in_mid_frame(cut):
     assert given == fused_words(left, right, config)
 
 
-@pytest.mark.parametrize("changes, message", [
-    ({"engine": Engine.SEQUENTIAL}, "the cost fused is made by the engine streaming only, not sequential"),
-    ({"cost": Cost.THESIS, "minimum": 3}, "the cost thesis has gateware for the minimum disparity 0 only, not 3"),
-])
-def test_no_such_gateware(changes, message):
-    with pytest.raises(ValueError, match=message):
-        Matcher(replace(config_of(3, 8), **changes))

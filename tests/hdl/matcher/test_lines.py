@@ -22,7 +22,7 @@ ROWS_STALL = [(3, 0.0), (3, 0.4), (5, 0.0), (7, 0.4)]
 
 
 def store(max_width=MAX_WIDTH, rows=3, **options):
-    return LineStore(MatcherConfig(disparities=2, max_width=max_width), rows=rows, **options)
+    return LineStore(MatcherConfig(labels=2, max_width=max_width), rows=rows, **options)
 
 
 def run_store(dut, words, count, *, stall=0.0, seed=1):

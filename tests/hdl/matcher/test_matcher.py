@@ -1,10 +1,9 @@
 # amaranth: UnusedElaboratable=no
-from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from golden.config import WEIGHT_MAX, Arithmetic, Cost, Engine, MatcherConfig
+from golden.config import WEIGHT_MAX, Arithmetic, Engine, MatcherConfig, OnePass
 from golden.matcher.labelling import match
 from golden.pictures.scenes import discriminates, scene
 from hdl.matcher.matcher import Matcher
@@ -38,7 +37,7 @@ CASES = [
 @pytest.mark.parametrize("labels, arithmetic, fraction_bits, width, height, max_width", CASES)
 def test_matches_golden(labels, arithmetic, fraction_bits, width, height, max_width, stall):
     """A scene, and noise of other sizes before and after it, in a row; where it is wide enough all labels win."""
-    config = MatcherConfig(disparities=labels, arithmetic=arithmetic, fraction_bits=fraction_bits, max_width=max_width)
+    config = MatcherConfig(labels=labels, max_width=max_width, method=OnePass(arithmetic, fraction_bits))
     left, right, _ = scene(width, height, labels, seed=5)
     if width >= 2 * labels:
         assert discriminates(match(left, right, config), config)
@@ -49,9 +48,9 @@ def test_matches_golden(labels, arithmetic, fraction_bits, width, height, max_wi
 
 
 @pytest.mark.parametrize("config", [
-    MatcherConfig(disparities=6, arithmetic=Arithmetic.THESIS, max_width=20),
-    MatcherConfig(disparities=6, arithmetic=Arithmetic.LINEAR, max_width=20),
-    MatcherConfig(disparities=26, arithmetic=Arithmetic.THESIS, max_width=20),
+    MatcherConfig(labels=6, max_width=20, method=OnePass(Arithmetic.THESIS)),
+    MatcherConfig(labels=6, max_width=20, method=OnePass(Arithmetic.LINEAR)),
+    MatcherConfig(labels=26, max_width=20, method=OnePass(Arithmetic.THESIS)),
 ], ids=str)
 def test_latency_and_rate(config):
     dut = Matcher(config)
@@ -67,36 +66,36 @@ def test_latency_and_rate(config):
     assert in_line.tolist() == [dut.clocks_per_pixel] * len(in_line)
 
 
-async def set_parameters(ctx, dut, weights, in_use=None, *, pulse=True):
-    for name, value in zip(("u1", "u2", "u3", "in_use"), (*weights, in_use or dut.config.disparities)):
+async def apply_settings(ctx, dut, weights, in_use=None, *, pulse=True):
+    for name, value in zip(("u1", "u2", "u3", "in_use"), (*weights, in_use or dut.config.labels)):
         ctx.set(getattr(dut, name), value)
-    ctx.set(dut.set_parameters, pulse)
+    ctx.set(dut.apply_settings, pulse)
     await ctx.tick()
-    ctx.set(dut.set_parameters, 0)
+    ctx.set(dut.apply_settings, 0)
 
 
-ENGINES = [MatcherConfig(disparities=6, arithmetic=arithmetic, max_width=16, engine=engine) for arithmetic, engine in (
+ENGINES = [MatcherConfig(labels=6, max_width=16, engine=engine, method=OnePass(arithmetic)) for arithmetic, engine in (
     (Arithmetic.THESIS, Engine.SEQUENTIAL), (Arithmetic.LINEAR, Engine.SEQUENTIAL), (Arithmetic.LINEAR, Engine.STREAMING))]
 
 
-@pytest.mark.parametrize("config", ENGINES, ids=lambda config: f"{config.engine}-{config.arithmetic}")
+@pytest.mark.parametrize("config", ENGINES, ids=lambda config: f"{config.engine}-{config.method.arithmetic}")
 def test_parameters(config):
     """Built-in ones until the first pulse; new ones from the next frame on, even if they come while a frame leaves."""
     left, right, _ = scene(14, 5, 6, seed=1)
-    sets = [(*config.weights, 6), (0, WEIGHT_MAX, 0, 6), (WEIGHT_MAX, 0, 1, 3), (*config.weights, 5), (3, 0, WEIGHT_MAX, 1)]
-    expected = [golden_words(left, right, replace(config, **dict(zip(("u1", "u2", "u3", "in_use"), values)))) for values in sets]
+    sets = [(*config.method.weights, 6), (0, WEIGHT_MAX, 0, 6), (WEIGHT_MAX, 0, 1, 3), (*config.method.weights, 5), (3, 0, WEIGHT_MAX, 1)]
+    expected = [golden_words(left, right, config.with_settings(dict(zip(("u1", "u2", "u3", "in_use"), values)))) for values in sets]
     assert all(a != b for n, a in enumerate(expected) for b in expected[:n])  # each set gives another picture
     dut = Matcher(config)
 
     async def script(ctx, send_words, given):
-        await set_parameters(ctx, dut, (33, 44, 55), 2, pulse=False)  # inputs alone change nothing
+        await apply_settings(ctx, dut, (33, 44, 55), 2, pulse=False)  # inputs alone change nothing
         for number, (*weights, in_use) in enumerate(sets):
             await send_words(pixel_words(left, right))
             while len(given) < number * left.size + 1:          # the frame has begun to leave
                 await ctx.tick()
             if number + 1 < len(sets):
-                await set_parameters(ctx, dut, sets[number + 1][:3], sets[number + 1][3])
-                await set_parameters(ctx, dut, weights, in_use, pulse=False)
+                await apply_settings(ctx, dut, sets[number + 1][:3], sets[number + 1][3])
+                await apply_settings(ctx, dut, weights, in_use, pulse=False)
 
     given, errors = run_script(dut, script, len(sets) * left.size)
     assert given == [word for words in expected for word in words]
@@ -107,7 +106,7 @@ def test_parameters(config):
 @pytest.mark.parametrize("stall", [0.0, 0.3])
 def test_ragged(case, stall):
     """``error`` comes up and stays; frames around the one at fault are exact, and it comes out rectangular, as golden labels it."""
-    config = MatcherConfig(disparities=3, arithmetic=Arithmetic.LINEAR, max_width=MAX_WIDTH)
+    config = MatcherConfig(labels=3, max_width=MAX_WIDTH, method=OnePass(Arithmetic.LINEAR))
     before, after = noise(5, 3, 20), noise(5, 4, 21)
     words = [*pixel_words(*before), *RAGGED[case][0], *pixel_words(*after)]
     frames, _ = repaired(words)
@@ -126,7 +125,7 @@ def test_ragged(case, stall):
 
 
 def test_error_stays_until_clear():
-    config = MatcherConfig(disparities=3, arithmetic=Arithmetic.LINEAR, max_width=MAX_WIDTH)
+    config = MatcherConfig(labels=3, max_width=MAX_WIDTH, method=OnePass(Arithmetic.LINEAR))
     dut = Matcher(config)
     good, ragged = frame(5, 3, seed=9), frame(5, 3)[:8]
     told = []
@@ -166,22 +165,22 @@ def test_error_stays_until_clear():
 @pytest.mark.parametrize("cut", [1, 7, 40, 61])
 def test_reset_in_mid_frame(cut):
     """Of the frame before a reset nothing more comes; the next one is exact, with the built-in weights."""
-    config = MatcherConfig(disparities=6, arithmetic=Arithmetic.THESIS, max_width=16)
+    config = MatcherConfig(labels=6, max_width=16, method=OnePass(Arithmetic.THESIS))
     left, right, _ = scene(14, 5, 6, seed=1)
     dut = Matcher(config)
-    given, errors = after_reset(dut, left, right, cut, lambda ctx: set_parameters(ctx, dut, (1, 2, 3)))
+    given, errors = after_reset(dut, left, right, cut, lambda ctx: apply_settings(ctx, dut, (1, 2, 3)))
     assert given == golden_words(left, right, config)
     assert not any(errors)
 
 
-@pytest.mark.parametrize("config", ENGINES, ids=lambda config: f"{config.engine}-{config.arithmetic}")
+@pytest.mark.parametrize("config", ENGINES, ids=lambda config: f"{config.engine}-{config.method.arithmetic}")
 def test_more_labels_in_use_than_there_are(config):
     """As many as there are, whatever of the number the labels' own bits would hold."""
     left, right, _ = scene(14, 5, 6, seed=1)
     dut = Matcher(config)
 
     async def script(ctx, send_words, given):
-        await set_parameters(ctx, dut, config.weights, 256)
+        await apply_settings(ctx, dut, config.method.weights, 256)
         await send_words(pixel_words(left, right))
 
     given, _ = run_script(dut, script, left.size)
@@ -189,9 +188,8 @@ def test_more_labels_in_use_than_there_are(config):
 
 
 @pytest.mark.parametrize("config, message", [
-    (MatcherConfig(arithmetic=Arithmetic.FLOAT), "the arithmetic float has no gateware; choose thesis or linear"),
-    (MatcherConfig(arithmetic=Arithmetic.LINEAR, cost=Cost.FUSED), "the cost fused is made by the engine streaming only, not sequential"),
-    (MatcherConfig(minimum=3), "the cost thesis has gateware for the minimum disparity 0 only, not 3"),
+    (MatcherConfig(method=OnePass(Arithmetic.FLOAT)), "the arithmetic float has no gateware; choose thesis or linear"),
+    (MatcherConfig(minimum=3), "the method thesis has gateware for the least disparity 0 only, not 3"),
 ])
 def test_refuses(config, message):
     with pytest.raises(ValueError, match=message):

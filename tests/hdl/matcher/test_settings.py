@@ -6,16 +6,14 @@ from amaranth import *
 from amaranth.lib import wiring
 from amaranth.lib.wiring import Out
 
-from golden.config import Arithmetic, Cost, FusedParameters, MatcherConfig, Refinement
-from hdl.matcher.settings import defaults, held_settings, setting_ports
+from golden.config import FUSED_1, Arithmetic, MatcherConfig, OnePass, changed
+from hdl.matcher.settings import held_settings, setting_ports
 from sim.kit.clocked import run_clocked
 
 
-THESIS = MatcherConfig(disparities=20, arithmetic=Arithmetic.LINEAR, u1=7, u2=0, u3=63, in_use=11)
-FUSED = MatcherConfig(disparities=128, arithmetic=Arithmetic.LINEAR, cost=Cost.FUSED, minimum=255,
-                      refinement=Refinement(check=True, fill=False, median=True), fused=FusedParameters(u1=1, u2=2, u3=3))
-BARE = MatcherConfig(disparities=2, arithmetic=Arithmetic.LINEAR, cost=Cost.FUSED, refinement=Refinement(check=False, fill=False,
-                                                                                                      median=False))
+THESIS = MatcherConfig(labels=20, in_use=11, method=changed(OnePass(Arithmetic.LINEAR), u1=7, u2=0, u3=63))
+FUSED = MatcherConfig(labels=128, minimum=255, method=changed(FUSED_1, u1=1, u2=2, u3=3, check=True, fill=False, median=True))
+BARE = MatcherConfig(labels=2, method=changed(FUSED_1, check=False, fill=False, median=False))
 CONFIGS = pytest.mark.parametrize("config", [THESIS, FUSED, BARE], ids=["thesis", "fused", "bare"])
 
 
@@ -26,15 +24,15 @@ def widths_of(config):
 
 
 def test_ports():
-    common = {"u1": 6, "u2": 6, "u3": 6, "in_use": 9, "set_parameters": 1}
+    common = {"u1": 6, "u2": 6, "u3": 6, "in_use": 9, "apply_settings": 1}
     assert widths_of(THESIS) == common
     assert widths_of(FUSED) == common | {"minimum": 8, "check": 1, "fill": 1, "median": 1}
 
 
 def test_defaults():
-    assert defaults(THESIS) == {"u1": 7, "u2": 0, "u3": 63, "in_use": 11}
-    assert defaults(FUSED) == {"u1": 1, "u2": 2, "u3": 3, "in_use": 128, "minimum": 255, "check": True, "fill": False, "median": True}
-    assert [defaults(BARE)[name] for name in ("check", "fill", "median")] == [False] * 3
+    assert THESIS.defaults == {"u1": 7, "u2": 0, "u3": 63, "in_use": 11}
+    assert FUSED.defaults == {"u1": 1, "u2": 2, "u3": 3, "in_use": 128, "minimum": 255, "check": True, "fill": False, "median": True}
+    assert [BARE.defaults[name] for name in ("check", "fill", "median")] == [False] * 3
 
 
 class Holder(wiring.Component):
@@ -42,7 +40,7 @@ class Holder(wiring.Component):
     def __init__(self, config):
         self.config = config
         ports = setting_ports(config)
-        super().__init__(ports | {f"{name}_now": Out(port.shape) for name, port in ports.items() if name != "set_parameters"})
+        super().__init__(ports | {f"{name}_now": Out(port.shape) for name, port in ports.items() if name != "apply_settings"})
 
     def elaborate(self, platform):
         m = Module()
@@ -56,14 +54,14 @@ def test_held_settings(config):
     """Those of the configuration until the first pulse, then those of the latest one, all of them together."""
     rng = np.random.default_rng(1)
     widths = widths_of(config)
-    names = list(defaults(config))
-    assert set(names) == set(widths) - {"set_parameters"}
-    inputs = [{name: int(rng.integers(2**widths[name])) for name in names} | {"set_parameters": int(cycle >= 5 and rng.random() < 0.3)}
+    names = list(config.defaults)
+    assert set(names) == set(widths) - {"apply_settings"}
+    inputs = [{name: int(rng.integers(2**widths[name])) for name in names} | {"apply_settings": int(cycle >= 5 and rng.random() < 0.3)}
               for cycle in range(60)]
     out = run_clocked(Holder(config), inputs, [f"{name}_now" for name in names])
-    expected, now = [], {name: int(value) for name, value in defaults(config).items()}
+    expected, now = [], {name: int(value) for name, value in config.defaults.items()}
     for word in inputs:
         expected.append({f"{name}_now": now[name] for name in names})
-        if word["set_parameters"]:
+        if word["apply_settings"]:
             now = word
     assert [{name: int(value) for name, value in word.items()} for word in out[:len(inputs)]] == expected

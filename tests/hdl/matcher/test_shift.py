@@ -12,7 +12,7 @@ from sim.kit.streams import check_rules, receive, run_stream, send
 
 
 def shift():
-    return RightShift(MatcherConfig(disparities=2))
+    return RightShift(MatcherConfig(labels=2))
 
 
 def shifted(words, minimum):

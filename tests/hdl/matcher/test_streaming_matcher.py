@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from amaranth import *
 
-from golden.config import Arithmetic, Engine, MatcherConfig
+from golden.config import Arithmetic, Engine, MatcherConfig, OnePass
 from golden.matcher.labelling import match
 from golden.pictures.scenes import discriminates, scene
 from hdl.matcher.matcher import Matcher
@@ -16,8 +16,8 @@ from .matcher_runs import after_reset, golden_words, run_script
 from .ragged import MAX_WIDTH, RAGGED, repaired
 
 
-def config_of(labels, max_width, **settings):
-    return MatcherConfig(disparities=labels, max_width=max_width, arithmetic=Arithmetic.LINEAR, engine=Engine.STREAMING, **settings)
+def config_of(labels, max_width, fraction_bits=OnePass.fraction_bits, **settings):
+    return MatcherConfig(labels, max_width, engine=Engine.STREAMING, method=OnePass(Arithmetic.LINEAR, fraction_bits), **settings)
 
 
 @pytest.mark.parametrize("stall", [0.0, 0.3])
@@ -95,8 +95,8 @@ def test_reset_in_mid_frame(cut):
 
 @pytest.mark.parametrize("config", [
     config_of(6, 40), config_of(13, 90), config_of(13, 8), config_of(26, 60),
-    MatcherConfig(disparities=6, max_width=40), MatcherConfig(disparities=26, max_width=60), MatcherConfig(disparities=26, max_width=5),
-], ids=lambda config: f"{config.engine}-{config.disparities}-{config.max_width}")
+    MatcherConfig(labels=6, max_width=40), MatcherConfig(labels=26, max_width=60), MatcherConfig(labels=26, max_width=5),
+], ids=lambda config: f"{config.engine}-{config.labels}-{config.max_width}")
 def test_frame_clocks(config):
     """The distance of frames in a row is what the builds and the tables calculate with, never more, and not much less."""
     dut = Matcher(config)

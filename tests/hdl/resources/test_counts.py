@@ -7,7 +7,7 @@ import pathlib
 
 import pytest
 
-from golden.config import FUSED_2, Arithmetic, Cost, Engine, MatcherConfig
+from golden.config import FUSED_1, FUSED_2, Arithmetic, Engine, MatcherConfig, OnePass
 from golden.pages import read_origin
 from hdl.matcher.matcher import Matcher
 from hdl.resources import tables
@@ -16,13 +16,11 @@ from hdl.resources.mapping import map_cyclone3
 
 
 CONFIGS = {
-    "sequential thesis": MatcherConfig(disparities=6, max_width=64),
-    "sequential linear": MatcherConfig(disparities=6, max_width=64, arithmetic=Arithmetic.LINEAR),
-    "streaming linear": MatcherConfig(disparities=6, max_width=64, arithmetic=Arithmetic.LINEAR, engine=Engine.STREAMING),
-    "streaming fused": MatcherConfig(
-        disparities=6, max_width=64, arithmetic=Arithmetic.LINEAR, engine=Engine.STREAMING, cost=Cost.FUSED),
-    "streaming fused-2": MatcherConfig(
-        disparities=6, max_width=64, arithmetic=Arithmetic.LINEAR, engine=Engine.STREAMING, cost=Cost.FUSED, fused=FUSED_2),
+    "sequential thesis": MatcherConfig(labels=6, max_width=64),
+    "sequential linear": MatcherConfig(labels=6, max_width=64, method=OnePass(Arithmetic.LINEAR)),
+    "streaming linear": MatcherConfig(labels=6, max_width=64, engine=Engine.STREAMING, method=OnePass(Arithmetic.LINEAR)),
+    "streaming fused": MatcherConfig(labels=6, max_width=64, engine=Engine.STREAMING, method=FUSED_1),
+    "streaming fused-2": MatcherConfig(labels=6, max_width=64, engine=Engine.STREAMING, method=FUSED_2),
 }
 
 # Logic elements, memory bits, M9K blocks, 9x9 multipliers, without those of the blocks inside.

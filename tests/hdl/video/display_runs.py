@@ -19,7 +19,7 @@ __all__ = ["CONFIG", "LABELS", "SIZE", "Run", "run_display"]
 
 
 LABELS = 5
-CONFIG = MatcherConfig(disparities=LABELS)
+CONFIG = MatcherConfig(labels=LABELS)
 LAYOUT = ShownPixel(CONFIG)
 SIZE = (12, 8)
 

@@ -20,7 +20,7 @@ from sim.models.ddr2 import Ddr2Timing, LocalMemory, serve
 
 
 HOSTILE = Ddr2Timing(busy=0.5, refresh=(150, 30))
-CONFIG = MatcherConfig(disparities=256)
+CONFIG = MatcherConfig(labels=256)
 
 
 def filled(memory_map, planes, *, timing=HOSTILE, seed=1, size=1):
@@ -265,7 +265,7 @@ def test_disparities_have_their_width():
     memory, _ = filled(memory_map, (Plane.SHOWN_LEFT,))
     labels = np.arange(40).reshape(2, 20) * 2 + 1
     memory.load(memory_map, Plane.DISPARITY, 1, labels)
-    dut = PictureReader(memory_map, MatcherConfig(disparities=80), burst=2, depth=4)
+    dut = PictureReader(memory_map, MatcherConfig(labels=80), burst=2, depth=4)
     assert len(dut.o.p.disparity) == 7
 
     async def control(ctx):

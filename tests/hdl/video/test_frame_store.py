@@ -34,7 +34,7 @@ def test_everything_at_once(width, height, burst, size, depth, stall):
     """
     frames = 4
     memory_map = MemoryMap(width, height)
-    dut = MemoryPath(memory_map, MatcherConfig(disparities=256), burst=burst, size=size, depth=depth)
+    dut = MemoryPath(memory_map, MatcherConfig(labels=256), burst=burst, size=size, depth=depth)
     memory = LocalMemory(memory_map.total_words, size=size, timing=HOSTILE)
     rng = np.random.default_rng(1)
     pictures = [noise(width, height, number) for number in range(frames)]

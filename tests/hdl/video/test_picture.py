@@ -7,14 +7,14 @@ import pytest
 from amaranth.hdl import Value
 from amaranth.sim import Simulator
 
-from golden.config import MatcherConfig
+from golden.config import MatcherConfig, OnePass
 from golden.video.formats import DisplayFormat
 from hdl.video.picture import PictureGate, PictureScan, QueuedPixel
 from sim.kit.cases import comparable
 from sim.kit.display_cases import shown_pictures, shown_words
 
 
-CONFIG = MatcherConfig(disparities=5)
+CONFIG = MatcherConfig(labels=5)
 
 
 def passed(words, width, lines, step):
@@ -160,5 +160,5 @@ def test_scan(words, shown, left):
 
 def test_width():
     """At most a word of an M9K block, 512 x 18."""
-    configs = [MatcherConfig(disparities=labels, engine="streaming", arithmetic="linear") for labels in (80, 256)]
+    configs = [MatcherConfig(labels=labels, engine="streaming", method=OnePass("linear")) for labels in (80, 256)]
     assert [QueuedPixel(config).size for config in configs] == [17, 18]

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from golden.config import Arithmetic, Cost, MatcherConfig, Refinement
+from golden.config import FUSED_1, MatcherConfig, changed
 from hdl.video.shown_label import ShownLabel
 from sim.kit.clocked import run_clocked
 
@@ -10,9 +10,8 @@ from sim.kit.clocked import run_clocked
 @pytest.mark.parametrize("labels", [2, 13, 128])
 def test_label(labels, sub_pixel):
     """Each picture is shown by the least disparity that its pair started with, though the next pair starts before it has left."""
-    config = MatcherConfig(disparities=labels, arithmetic=Arithmetic.LINEAR, cost=Cost.FUSED, minimum=7,
-                           refinement=Refinement(sub_pixel=sub_pixel))
-    scale = config.disparity_scale
+    config = MatcherConfig(labels=labels, minimum=7, method=changed(FUSED_1, sub_pixel=sub_pixel))
+    scale = config.method.disparity_scale
     rng = np.random.default_rng(1)
     minima = [7, 0, 255, 3, 200]
     inputs, expected = [], []

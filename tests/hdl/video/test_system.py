@@ -8,7 +8,7 @@ import pytest
 from amaranth.hdl import Fragment
 from amaranth.sim import Simulator
 
-from golden.config import Arithmetic, Engine, MatcherConfig
+from golden.config import Arithmetic, Engine, MatcherConfig, OnePass
 from golden.errors import UserError
 from golden.video.bandwidth import MemoryTiming
 from golden.video.formats import DISPLAYS, PAL
@@ -17,8 +17,8 @@ from sim.kit.streams import check_rules, receive, send
 
 
 DISPLAY = DISPLAYS["720x576"]
-SEQUENTIAL = MatcherConfig(disparities=6, arithmetic=Arithmetic.THESIS, engine=Engine.SEQUENTIAL)
-STREAMING = MatcherConfig(disparities=4, arithmetic=Arithmetic.LINEAR, engine=Engine.STREAMING)
+SEQUENTIAL = MatcherConfig(labels=6, engine=Engine.SEQUENTIAL, method=OnePass(Arithmetic.THESIS))
+STREAMING = MatcherConfig(labels=4, engine=Engine.STREAMING, method=OnePass(Arithmetic.LINEAR))
 
 
 @pytest.mark.parametrize("stalls", [(0.0, 0.0, 0.0), (0.0, 0.7, 0.0), (0.0, 0.0, 0.7), (0.5, 0.5, 0.5), (0.8, 0.1, 0.1)])

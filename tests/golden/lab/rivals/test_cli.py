@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from golden.__main__ import main
-from golden.config import Arithmetic, MatcherConfig
+from golden.config import Arithmetic, MatcherConfig, OnePass
 from golden.lab.evaluate import evaluate
 from golden.lab.rivals import gaps, registry
 from golden.lab.rivals.registry import METHODS, measure
@@ -60,7 +60,7 @@ def test_rivals(folder, capsys):
     rows = document["methods"]
     assert list(rows) == FREE
     pairs = [load_pair(".", name) for name in ("tsukuba", "venus")]
-    expected = evaluate(pairs, lambda disparities: MatcherConfig(disparities=disparities, arithmetic=Arithmetic.LINEAR))
+    expected = evaluate(pairs, lambda disparities: MatcherConfig(labels=disparities, method=OnePass(Arithmetic.LINEAR)))
     assert {pair: one["figures"] for pair, one in rows["one-pass-linear"]["pairs"].items()} == expected
     assert rows["one-pass-linear"]["average"] == pytest.approx(np.mean([list(row.values()) for row in expected.values()]))
     # Printed figures stay apart from measured ones, in a part and in columns of their own.

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from golden.__main__ import main
-from golden.config import Arithmetic, MatcherConfig
+from golden.config import Arithmetic, MatcherConfig, OnePass
 from golden.lab.rivals import compare
 from golden.lab.rivals.registry import METHODS
 from golden.matcher.matcher import disparities as match
@@ -44,7 +44,7 @@ def figures(printed):
 
 
 def linear(pair):
-    return match(pair.left, pair.right, MatcherConfig(disparities=8, arithmetic=Arithmetic.LINEAR))
+    return match(pair.left, pair.right, MatcherConfig(labels=8, method=OnePass(Arithmetic.LINEAR)))
 
 
 def test_scenes(capsys):

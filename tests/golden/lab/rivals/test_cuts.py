@@ -5,7 +5,7 @@ import itertools
 import numpy as np
 import pytest
 
-from golden.config import Arithmetic, Cost, MatcherConfig
+from golden.config import FUSED_1, Arithmetic, MatcherConfig, OnePass
 from golden.lab.rivals import cuts
 from golden.matcher.cost import local_disparity, matching_cost
 from golden.matcher.energy import energy as energy_of_golden
@@ -110,7 +110,7 @@ def test_potts_energy():
 @pytest.fixture(scope="module")
 def scene():
     left, right, *_ = layers(40, 24, 9, seed=2)
-    return left, right, MatcherConfig(disparities=9, arithmetic=Arithmetic.LINEAR)
+    return left, right, MatcherConfig(labels=9, method=OnePass(Arithmetic.LINEAR))
 
 
 def test_thesis_energy_is_golden(scene):
@@ -142,9 +142,9 @@ def test_methods_search_the_potts_energy(scene, method, search):
 
 
 @pytest.mark.parametrize("config", [
-    MatcherConfig(disparities=9, arithmetic=Arithmetic.THESIS), MatcherConfig(disparities=9, arithmetic=Arithmetic.FLOAT),
-    MatcherConfig(disparities=9, arithmetic=Arithmetic.LINEAR, cost=Cost.FUSED)])
+    MatcherConfig(labels=9, method=OnePass(Arithmetic.THESIS)), MatcherConfig(labels=9, method=OnePass(Arithmetic.FLOAT)),
+    MatcherConfig(labels=9, method=FUSED_1)])
 def test_other_energies_are_refused(scene, config):
     left, right, linear = scene
-    with pytest.raises(ValueError, match="linear"):
+    with pytest.raises(ValueError, match=r"linear|the method must be thesis, not fused"):
         cuts.thesis_energy(matching_cost(left, right, linear), left, config)

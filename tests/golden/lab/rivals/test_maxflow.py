@@ -5,7 +5,7 @@ import itertools
 import numpy as np
 import pytest
 
-from golden.config import Arithmetic, Cost, MatcherConfig
+from golden.config import FUSED_1, Arithmetic, MatcherConfig, OnePass
 from golden.lab.rivals import gaps as gaps_command
 from golden.lab.rivals import maxflow
 from golden.matcher.cost import local_disparity, matching_cost
@@ -61,7 +61,7 @@ def picture(height=12):
 
 def line_of(pair):
     """What :func:`golden.lab.rivals.maxflow.line_terms` starts from."""
-    config = MatcherConfig(disparities=9, arithmetic=Arithmetic.LINEAR)
+    config = MatcherConfig(labels=9, method=OnePass(Arithmetic.LINEAR))
     cost = matching_cost(pair.left, pair.right, config)
     local = local_disparity(cost)
     return cost, pair.left, labelling(cost, local, pair.left, config), local, config
@@ -91,8 +91,8 @@ def test_terms_are_the_rules(line, y):
 
 def test_other_energies_are_refused(line):
     cost, left, labels, local, _ = line
-    for config in (MatcherConfig(disparities=9, arithmetic="thesis"), MatcherConfig(disparities=9, arithmetic="linear", cost=Cost.FUSED)):
-        with pytest.raises(ValueError, match="linear"):
+    for config in (MatcherConfig(labels=9, method=OnePass("thesis")), MatcherConfig(labels=9, method=FUSED_1)):
+        with pytest.raises(ValueError, match=r"linear|the method must be thesis, not fused"):
             maxflow.line_terms(cost, left, labels, local, 1, config)
 
 

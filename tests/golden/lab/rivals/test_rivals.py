@@ -7,7 +7,7 @@ import sys
 import numpy as np
 import pytest
 
-from golden.config import Arithmetic, Cost, MatcherConfig
+from golden.config import FUSED_1, Arithmetic, MatcherConfig, OnePass
 from golden.lab.published import TABLE_1
 from golden.lab.rivals import cuts, opencv, scanline, ssd
 from golden.lab.rivals.differences import absolute_differences, outside_candidates
@@ -145,9 +145,9 @@ LIMIT = {"dynamic-programming": 4, "ssd-min-filter": 30, "alpha-expansion": 1.5,
 def test_ours_are_the_matchers(pair):
     left, right, *_ = pair
     for arithmetic in Arithmetic:
-        expected = match(left, right, MatcherConfig(disparities=16, arithmetic=arithmetic))
+        expected = match(left, right, MatcherConfig(labels=16, method=OnePass(arithmetic)))
         assert (METHODS[f"one-pass-{arithmetic}"].function(left, right, 16) == expected).all()
-    fused = match(left, right, MatcherConfig(disparities=16, arithmetic="linear", cost=Cost.FUSED))
+    fused = match(left, right, MatcherConfig(labels=16, method=FUSED_1))
     assert (METHODS["one-pass-fused"].function(left, right, 16) == fused).all()
 
 

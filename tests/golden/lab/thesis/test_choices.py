@@ -5,12 +5,12 @@ import itertools
 import numpy as np
 import pytest
 
-from golden.config import MatcherConfig
+from golden.config import MatcherConfig, OnePass, changed
 from golden.lab.thesis.choices import BORDERS, FORMATS, GREYS, Choice, all_choices, bordered_cost, disparities, grey_levels
 from golden.matcher.labelling import match
 
 
-CONFIG = MatcherConfig(disparities=5, u1=9, u2=7, u3=4)
+CONFIG = MatcherConfig(labels=5, method=changed(OnePass(), u1=9, u2=7, u3=4))
 
 
 def pair(seed=1, shape=(9, 14)):
@@ -32,7 +32,7 @@ def plain(left, right, choice):
 
     def cost(y, x, d):
         if choice.border == "ours" and d > x:
-            return CONFIG.cost_outside
+            return CONFIG.method.matching_cost.outside
         total = 0
         for dy, dx in ((0, 0), (-1, 0), (1, 0), (0, -1), (0, 1)):
             l, r = (at(left, y, x) + at(left, y + dy, x + dx), at(right, y, x - d) + at(right, y + dy, x - d + dx))
@@ -48,12 +48,12 @@ def plain(left, right, choice):
         order = range(len(values) - 1, -1, -1) if choice.last else range(len(values))
         return min(order, key=values.__getitem__)
 
-    labels = range(CONFIG.disparities)
+    labels = range(CONFIG.labels)
     costs = [[[cost(y, x, d) for d in labels] for x in range(width)] for y in range(height)]
     result = np.zeros((height, width), int)
     for y, x in itertools.product(range(height), range(width)):
         energies = [value * scale for value in costs[y][x]]
-        for dy, dx, u in ((0, -1, CONFIG.u1), (-1, 0, CONFIG.u2), (1, 0, CONFIG.u3)):
+        for (dy, dx), u in zip(((0, -1), (-1, 0), (1, 0)), CONFIG.method.weights):
             v, w = y + dy, x + dx
             if 0 <= v < height and 0 <= w < width:
                 other = least(costs[v][w]) if dy == 1 else result[v, w]
@@ -83,8 +83,8 @@ def test_every_reading(numbers, border, outside, last):
     ("linear q=0", {"arithmetic": "linear", "fraction_bits": 0})])
 def test_ours_are_the_matcher(numbers, settings):
     left, right = np.random.default_rng(3).integers(0, 256, (2, 30, 40), dtype=np.uint8)
-    expected = match(left, right, MatcherConfig(disparities=8, **settings))
-    np.testing.assert_array_equal(disparities(left, right, MatcherConfig(disparities=8), Choice(numbers=numbers)), expected)
+    expected = match(left, right, MatcherConfig(labels=8, method=OnePass(**settings)))
+    np.testing.assert_array_equal(disparities(left, right, MatcherConfig(labels=8), Choice(numbers=numbers)), expected)
 
 
 def test_all_choices_are_tried_and_each_matters():
@@ -120,4 +120,4 @@ def test_borders_agree_inside():
     for cost in costs:
         assert cost.shape == (9, 14, 5)
         np.testing.assert_array_equal(cost[1:-1, 6:-1], costs[0][1:-1, 6:-1])
-    assert (costs[1][:, 0] != costs[2][:, 0]).any() and (costs[0][:, 0, 1:] == CONFIG.cost_outside).all()
+    assert (costs[1][:, 0] != costs[2][:, 0]).any() and (costs[0][:, 0, 1:] == CONFIG.method.matching_cost.outside).all()

@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from golden.config import Arithmetic, Cost, MatcherConfig
+from golden.config import FUSED_1, Arithmetic, MatcherConfig, OnePass
 from golden.lab.thesis import sweeps
 from golden.lab.thesis.choices import Choice
 from golden.lab.thesis.disturb import distort, disturb, straighten
@@ -28,10 +28,9 @@ def figures(labels, pair):
 
 def test_methods():
     configs = {name: sweeps.method_config(name, 16) for name in sweeps.METHODS}
-    assert [(config.arithmetic, config.cost) for config in configs.values()] == [
-        (Arithmetic.FLOAT, Cost.THESIS), (Arithmetic.THESIS, Cost.THESIS), (Arithmetic.LINEAR, Cost.THESIS),
-        (Arithmetic.LINEAR, Cost.FUSED)]
-    assert {config.disparities for config in configs.values()} == {16}
+    assert [config.method for config in configs.values()] == [
+        OnePass(Arithmetic.FLOAT), OnePass(Arithmetic.THESIS), OnePass(Arithmetic.LINEAR), FUSED_1]
+    assert {config.labels for config in configs.values()} == {16}
 
 
 @pytest.mark.parametrize("method", sweeps.METHODS)
@@ -47,7 +46,7 @@ def test_weights(pair):
     sets = [(15, 10, 5), (0, 0, 0), (40, 3, 20)]
     result = sweeps.weight_figures(pair, "thesis", sets)
     for number, (u1, u2, u3) in enumerate(sets):
-        config = dataclasses.replace(sweeps.method_config("thesis", 8), u1=u1, u2=u2, u3=u3)
+        config = MatcherConfig(8, method=OnePass(weights=(u1, u2, u3)))
         labels = disparities(pair.left, pair.right, config)
         assert result["bad"][number].tolist() == figures(labels, pair)
         assert result["extended"][number] == sweeps.extension(labels, pair)
@@ -56,7 +55,7 @@ def test_weights(pair):
 
 
 def test_local(pair):
-    labels = local_disparity(matching_cost(pair.left, pair.right, MatcherConfig(disparities=8, arithmetic="float")))
+    labels = local_disparity(matching_cost(pair.left, pair.right, MatcherConfig(labels=8, method=OnePass("float"))))
     result = sweeps.local_figures(pair)
     np.testing.assert_array_equal(result["labels"], labels)
     assert result["bad"].tolist() == figures(labels, pair)

@@ -2,13 +2,13 @@ import numpy as np
 import pytest
 from amaranth.sim import Simulator
 
-from golden.config import Arithmetic, Cost, MatcherConfig, Refinement
+from golden.config import FUSED_1, MatcherConfig, changed
 from golden.matcher.confidence import CONFIDENCE_MAX, confidence
 from hdl.matcher.refine.confidence import Confidence
 
 
 def config_of(disparities, sub_pixel):
-    return MatcherConfig(disparities=disparities, arithmetic=Arithmetic.LINEAR, cost=Cost.FUSED, refinement=Refinement(sub_pixel=sub_pixel))
+    return MatcherConfig(labels=disparities, method=changed(FUSED_1, sub_pixel=sub_pixel))
 
 
 @pytest.mark.parametrize("gaps", [0.0, 0.3])
@@ -16,7 +16,7 @@ def config_of(disparities, sub_pixel):
 def test_matches_golden(disparities, sub_pixel, gaps):
     """Lines of any disparities, near the labels and far from them: the least and the greatest differences occur."""
     config = config_of(disparities, sub_pixel)
-    scale, greatest = config.disparity_scale, disparities * config.disparity_scale - 1
+    scale, greatest = config.method.disparity_scale, disparities * config.method.disparity_scale - 1
     rng = np.random.default_rng(1)
     height, width = 6, 30
     near = rng.integers(0, greatest + 1, (height, 1)) + rng.integers(-scale - 1, scale + 2, (height, width))

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from golden.config import Arithmetic, Cost, MatcherConfig, Refinement
+from golden.config import FUSED_1, Fused, MatcherConfig, changed
 from golden.matcher.refine import fill
 from hdl.matcher.refine.fill import Fill
 from sim.kit.cases import comparable, label_words
@@ -10,16 +10,15 @@ from sim.kit.streams import run_stream
 
 
 def config_of(disparities=80, max_width=40, *, sub_pixel=False):
-    return MatcherConfig(disparities=disparities, max_width=max_width, arithmetic=Arithmetic.LINEAR, cost=Cost.FUSED,
-                         refinement=Refinement(sub_pixel=sub_pixel))
+    return MatcherConfig(labels=disparities, max_width=max_width, method=changed(FUSED_1, sub_pixel=sub_pixel))
 
 
 def picture(rng, config, width, height, share):
     """Labels, which passed (about ``share`` of them), and sizes of supports."""
-    greatest = config.disparities * config.disparity_scale - 1
+    greatest = config.labels * config.method.disparity_scale - 1
     labels = np.where(rng.random((height, width)) < 0.3, rng.choice([0, greatest], (height, width)),
                       rng.integers(0, greatest + 1, (height, width)))
-    return labels, rng.random((height, width)) < share, rng.integers(1, config.fused.support_max + 1, (height, width))
+    return labels, rng.random((height, width)) < share, rng.integers(1, config.method_as(Fused).arms.support_max + 1, (height, width))
 
 
 def check(config, sizes, *, seed=1, stall_i=0.0, stall_o=0.0, shares=(0.0, 0.1, 0.5, 0.9, 1.0)):

@@ -9,7 +9,7 @@ from amaranth.lib import stream, wiring
 from amaranth.lib.wiring import In, Out
 from amaranth.sim import Simulator
 
-from golden.config import Arithmetic, Cost, FusedParameters, MatcherConfig, Refinement
+from golden.config import FUSED_1, Fused, MatcherConfig, changed
 from golden.matcher.fused import labelling, match
 from golden.matcher.refine import median
 from golden.matcher.sub_pixel import sub_pixel_labels
@@ -26,19 +26,18 @@ from ...parts.networks import evaluate
 
 
 def config_of(disparities=80, max_width=40, *, window=5, sub_pixel=False):
-    return MatcherConfig(disparities=disparities, max_width=max_width, arithmetic=Arithmetic.LINEAR, cost=Cost.FUSED,
-                         fused=FusedParameters(median=window), refinement=Refinement(sub_pixel=sub_pixel))
+    return MatcherConfig(labels=disparities, max_width=max_width, method=changed(FUSED_1, median_size=window, sub_pixel=sub_pixel))
 
 
 def picture(rng, config, width, height, share=0.6):
     """Labels of which some are near one another, which passed (about ``share`` of them), and sizes of supports."""
-    greatest = config.disparities * config.disparity_scale - 1
+    greatest = config.labels * config.method.disparity_scale - 1
     labels = rng.integers(0, greatest + 1, (height, width))
-    near = np.clip(rng.integers(0, greatest + 1) + rng.integers(-2 * config.disparity_scale, 2 * config.disparity_scale + 1, labels.shape),
-                   0, greatest)
+    two = 2 * config.method.disparity_scale
+    near = np.clip(rng.integers(0, greatest + 1) + rng.integers(-two, two + 1, labels.shape), 0, greatest)
     labels = np.where(rng.random(labels.shape) < 0.6, near, labels)
     labels = np.where(rng.random(labels.shape) < 0.2, rng.choice([0, greatest], labels.shape), labels)
-    return labels, rng.random((height, width)) < share, rng.integers(1, config.fused.support_max + 1, (height, width))
+    return labels, rng.random((height, width)) < share, rng.integers(1, config.method_as(Fused).arms.support_max + 1, (height, width))
 
 
 def check(config, sizes, *, seed=1, stall_i=0.0, stall_o=0.0):
@@ -188,7 +187,7 @@ def test_behind_the_rule(sub_pixel):
     left, right, _ = scene(36, 9, 6, seed=5)
     expected = match(left, right, config)
     assert 0 < expected.passed.sum() < expected.passed.size
-    l, r = arms(left, config.fused)
+    l, r = arms(left, config.method.arms)
     n, cost = support_sizes(l, r), fused_cost(left, right, config)
     sums = support_sums(cost, l, r)
     labels = labelling(sums, n, left, config)

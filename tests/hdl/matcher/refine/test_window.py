@@ -2,14 +2,14 @@ import numpy as np
 import pytest
 from amaranth.sim import Simulator
 
-from golden.config import Arithmetic, Cost, MatcherConfig
+from golden.config import FUSED_1, MatcherConfig
 from hdl.matcher.refine.window import LabelColumns
 from sim.kit.cases import comparable, label_words
 from sim.kit.streams import send
 
 
 def config_of(max_width):
-    return MatcherConfig(disparities=80, max_width=max_width, arithmetic=Arithmetic.LINEAR, cost=Cost.FUSED)
+    return MatcherConfig(labels=80, max_width=max_width, method=FUSED_1)
 
 
 def slots(labels, passed, n, enable, minimum):

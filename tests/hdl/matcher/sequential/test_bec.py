@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from golden.config import Arithmetic, MatcherConfig
+from golden.config import Arithmetic, MatcherConfig, OnePass
 from golden.matcher.cost import local_disparity, matching_cost
 from golden.pictures.scenes import discriminates, scene
 from hdl.matcher.sequential.bec import Bec
@@ -10,16 +10,16 @@ from sim.kit.streams import run_stream
 
 
 CONFIGS = [
-    MatcherConfig(disparities=2, arithmetic=Arithmetic.THESIS),
-    MatcherConfig(disparities=13, arithmetic=Arithmetic.THESIS),
-    MatcherConfig(disparities=2, arithmetic=Arithmetic.LINEAR, fraction_bits=0),
-    MatcherConfig(disparities=6, arithmetic=Arithmetic.LINEAR, fraction_bits=3),
+    MatcherConfig(labels=2, method=OnePass(Arithmetic.THESIS)),
+    MatcherConfig(labels=13, method=OnePass(Arithmetic.THESIS)),
+    MatcherConfig(labels=2, method=OnePass(Arithmetic.LINEAR, 0)),
+    MatcherConfig(labels=6, method=OnePass(Arithmetic.LINEAR, 3)),
 ]
 
 
 def pairs(config):
     """Pictures of several sizes, in a row; in the first every label is a local disparity."""
-    left, right, _ = scene(3 * config.disparities, 3, config.disparities, seed=1)
+    left, right, _ = scene(3 * config.labels, 3, config.labels, seed=1)
     assert discriminates(local_disparity(matching_cost(left, right, config)), config)
     return [(left, right), noise(1, 1, 1), noise(5, 3, 2), noise(2, 1, 3), noise(1, 3, 4)]
 
@@ -38,9 +38,9 @@ def test_matches_golden(config, stall):
 
 def test_ties_go_to_the_smaller_disparity():
     """Equal pictures of one grey level: every candidate inside costs nothing."""
-    config = MatcherConfig(disparities=6, arithmetic=Arithmetic.THESIS)
+    config = MatcherConfig(labels=6, method=OnePass(Arithmetic.THESIS))
     grey = np.full((2, 9), 77)
-    out = run_stream(Bec(config), column_words(grey, grey), rng=np.random.default_rng(1), inputs={"in_use": config.disparities})
+    out = run_stream(Bec(config), column_words(grey, grey), rng=np.random.default_rng(1), inputs={"in_use": config.labels})
     assert [word.local for word in out] == [0] * 18
     assert list(out[8].cost) == [0] * 6
 
@@ -48,7 +48,7 @@ def test_ties_go_to_the_smaller_disparity():
 @pytest.mark.parametrize("disparities", [2, 6, 26])
 def test_latency_and_rate(disparities):
     """The first pixel of a line leaves after the latency, those after it at the promised pace."""
-    dut = Bec(MatcherConfig(disparities=disparities))
+    dut = Bec(MatcherConfig(labels=disparities))
     cycles = {}
     width = 12
     run_stream(dut, column_words(*noise(width, 1, 1)), rng=np.random.default_rng(1), cycles=cycles)

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from amaranth.sim import Simulator
 
-from golden.config import Arithmetic, MatcherConfig
+from golden.config import Arithmetic, MatcherConfig, OnePass
 from golden.matcher.cost import matching_cost
 from golden.pictures.scenes import scene
 from hdl.matcher.sequential.cost import BuffersWord, CostEnergy, CostWord, Edata, EdataWord, SubPixelBuffers, SubPixels, SubPixelWord
@@ -12,10 +12,10 @@ from sim.kit.streams import run_stream
 
 
 CONFIGS = [
-    MatcherConfig(disparities=2, arithmetic=Arithmetic.THESIS),
-    MatcherConfig(disparities=7, arithmetic=Arithmetic.THESIS),
-    MatcherConfig(disparities=2, arithmetic=Arithmetic.LINEAR, fraction_bits=0),
-    MatcherConfig(disparities=7, arithmetic=Arithmetic.LINEAR, fraction_bits=3, in_use=5),
+    MatcherConfig(labels=2, method=OnePass(Arithmetic.THESIS)),
+    MatcherConfig(labels=7, method=OnePass(Arithmetic.THESIS)),
+    MatcherConfig(labels=2, method=OnePass(Arithmetic.LINEAR, 0)),
+    MatcherConfig(labels=7, in_use=5, method=OnePass(Arithmetic.LINEAR, 3)),
 ]
 SIZES = [(1, 1), (5, 3), (1, 2), (2, 1), (12, 2), (1, 1)]
 
@@ -89,20 +89,21 @@ def test_offers_without_ready(stage):
 @pytest.mark.parametrize("arithmetic, largest", [("thesis", 1275), ("linear", 2550)])
 def test_largest_cost(arithmetic, largest):
     """The five differences at their greatest sum to what the width was made for, and a candidate outside costs more."""
-    config = MatcherConfig(disparities=3, arithmetic=arithmetic)
+    config = MatcherConfig(labels=3, method=OnePass(arithmetic))
     white, black = np.full((1, 4), 255), np.zeros((1, 4), dtype=int)
     out = run_stream(Edata(config), cost_words(white, black, config), count=4, rng=np.random.default_rng(1))
-    assert config.cost_max == largest < config.cost_outside
+    cost = config.method.matching_cost
+    assert cost.inside_max == largest < cost.outside
     assert [list(word.cost) for word in out] == [
-        [largest] + 2 * [config.cost_outside], 2 * [largest] + [config.cost_outside], 3 * [largest], 3 * [largest]]
+        [largest] + 2 * [cost.outside], 2 * [largest] + [cost.outside], 3 * [largest], 3 * [largest]]
 
 
 @pytest.mark.parametrize("config", CONFIGS, ids=str)
 def test_chain_is_the_matching_cost(config):
     """Golden's stages one after another are golden's matching cost, so the blocks between two of the words above are too."""
-    left, right, _ = scene(17, 7, config.disparities, seed=2)
+    left, right, _ = scene(17, 7, config.labels, seed=2)
     words = edata_words(left, right, config)
-    assert [word["cost"] for word in words] == matching_cost(left, right, config).reshape(-1, config.disparities).tolist()
+    assert [word["cost"] for word in words] == matching_cost(left, right, config).reshape(-1, config.labels).tolist()
 
 
 @pytest.mark.parametrize("layout, words", [(SubPixelWord, sub_pixel_words), (BuffersWord, buffers_words), (CostWord, cost_words),

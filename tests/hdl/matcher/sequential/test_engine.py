@@ -1,10 +1,9 @@
-from dataclasses import replace
 
 import numpy as np
 import pytest
 from amaranth.sim import Simulator
 
-from golden.config import WEIGHT_MAX, Arithmetic, MatcherConfig
+from golden.config import WEIGHT_MAX, Arithmetic, MatcherConfig, OnePass
 from golden.matcher.labelling import cost_summation, labelling
 from golden.pictures.scenes import discriminates
 from hdl.matcher.sequential.engine import CostSummation, SequentialEngine
@@ -13,10 +12,10 @@ from sim.kit.streams import check_rules, receive, send
 
 
 CONFIGS = [
-    MatcherConfig(disparities=2, arithmetic=Arithmetic.THESIS, max_width=9),
-    MatcherConfig(disparities=13, arithmetic=Arithmetic.THESIS, max_width=9),
-    MatcherConfig(disparities=2, arithmetic=Arithmetic.LINEAR, fraction_bits=0, max_width=9),
-    MatcherConfig(disparities=6, arithmetic=Arithmetic.LINEAR, fraction_bits=3, max_width=9),
+    MatcherConfig(labels=2, max_width=9, method=OnePass(Arithmetic.THESIS)),
+    MatcherConfig(labels=13, max_width=9, method=OnePass(Arithmetic.THESIS)),
+    MatcherConfig(labels=2, max_width=9, method=OnePass(Arithmetic.LINEAR, 0)),
+    MatcherConfig(labels=6, max_width=9, method=OnePass(Arithmetic.LINEAR, 3)),
 ]
 # Widths and heights, with weights; a look-up table is not yet filled when a narrow first line is over.
 FRAMES = [((1, 3), (63, 63, 63)), ((9, 4), (15, 10, 5)), ((2, 2), (5, 63, 40)), ((3, 1), (63, 0, 0)), ((1, 1), (1, 2, 3)),
@@ -26,10 +25,10 @@ FRAMES = [((1, 3), (63, 63, 63)), ((9, 4), (15, 10, 5)), ((2, 2), (5, 63, 40)), 
 def energies(width, height, config, seed):
     """Costs and local disparities as no picture gives them: any of both anywhere, costs low enough for smoothness to matter."""
     rng = np.random.default_rng(seed)
-    cost = rng.integers(0, 60, (height, width, config.disparities))
-    cost[rng.random(cost.shape) < 0.1] = config.cost_outside
+    cost = rng.integers(0, 60, (height, width, config.labels))
+    cost[rng.random(cost.shape) < 0.1] = config.method.matching_cost.outside
     cost[rng.random(cost.shape) < 0.1] = 0
-    return cost, rng.integers(0, config.disparities, (height, width)), noise(width, height, seed, pictures=1)[0]
+    return cost, rng.integers(0, config.labels, (height, width)), noise(width, height, seed, pictures=1)[0]
 
 
 def run_engine(dut, frames, *, stall=0.0, cycles=None):
@@ -70,8 +69,8 @@ def run_engine(dut, frames, *, stall=0.0, cycles=None):
 def test_summation_matches_golden(config):
     dut = CostSummation(config)
     rng = np.random.default_rng(1)
-    limits = config.cost_outside, config.smooth_max, config.smooth_max, config.smooth_max
-    sets = [rng.integers(0, limit + 1, (30, config.disparities)) for limit in limits]
+    limits = config.method.matching_cost.outside, config.smooth_max, config.smooth_max, config.smooth_max
+    sets = [rng.integers(0, limit + 1, (30, config.labels)) for limit in limits]
     for terms, limit in zip(sets, limits):
         terms[0], terms[1] = limit, 0  # the greatest energy proves the width
     cost, s1, s2, s3 = sets
@@ -101,7 +100,7 @@ def test_matches_golden(config, stall):
     frames, expected, labels = [], [], []
     for seed, (size, weights) in enumerate(FRAMES):
         cost, local, left = energies(*size, config, seed)
-        golden = labelling(cost, local, left, replace(config, **dict(zip(("u1", "u2", "u3"), weights))))
+        golden = labelling(cost, local, left, config.with_settings(dict(zip(("u1", "u2", "u3"), weights))))
         frames.append((bec_words(cost, local, left, seed), weights))
         expected += disparity_words(golden)
         labels += golden.ravel().tolist()
@@ -112,13 +111,13 @@ def test_matches_golden(config, stall):
 def test_weights_at_their_greatest():
     """The widest energies: every label as far away from its neighbours' as can be, in equal pixels."""
     for config in CONFIGS:
-        config = replace(config, u1=WEIGHT_MAX, u2=WEIGHT_MAX, u3=WEIGHT_MAX)
+        config = config.with_settings(dict.fromkeys(("u1", "u2", "u3"), WEIGHT_MAX))
         rng = np.random.default_rng(2)
-        cost = rng.choice([0, config.cost_outside // 2, config.cost_outside], (4, 5, config.disparities))
-        local = rng.choice([0, config.disparities - 1], (4, 5))
+        cost = rng.choice([0, config.method.matching_cost.outside // 2, config.method.matching_cost.outside], (4, 5, config.labels))
+        local = rng.choice([0, config.labels - 1], (4, 5))
         left = np.full((4, 5), 9)
         expected = disparity_words(labelling(cost, local, left, config))
-        assert run_engine(SequentialEngine(config), [(bec_words(cost, local, left), config.weights)]) == expected
+        assert run_engine(SequentialEngine(config), [(bec_words(cost, local, left), config.method.weights)]) == expected
 
 
 def test_ties_go_to_the_smaller_disparity():
@@ -131,7 +130,7 @@ def test_ties_go_to_the_smaller_disparity():
 @pytest.mark.parametrize("disparities, clocks", [(2, 4), (5, 4), (6, 5), (26, 6), (80, 6), (128, 7)])
 def test_clocks_per_pixel(disparities, clocks):
     """Within a line a pixel each ``clocks_per_pixel`` cycles; at ``D = 80`` that is at most 8."""
-    config = MatcherConfig(disparities=disparities, max_width=12)
+    config = MatcherConfig(labels=disparities, max_width=12)
     dut = SequentialEngine(config)
     assert dut.clocks_per_pixel == clocks <= 8
     cost, local, left = energies(6, 2, config, 1)

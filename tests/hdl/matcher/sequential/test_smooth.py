@@ -4,17 +4,17 @@ import numpy as np
 import pytest
 from amaranth.sim import Simulator
 
-from golden.config import WEIGHT_MAX, Arithmetic, MatcherConfig
+from golden.config import WEIGHT_MAX, Arithmetic, MatcherConfig, OnePass
 from golden.matcher.smooth import smooth
 from hdl.matcher.sequential.smooth import LookUpTable, Smooth
 
 
 CONFIGS = [
-    MatcherConfig(disparities=2, arithmetic=Arithmetic.THESIS),
-    MatcherConfig(disparities=13, arithmetic=Arithmetic.THESIS),
-    MatcherConfig(disparities=2, arithmetic=Arithmetic.LINEAR, fraction_bits=0),
-    MatcherConfig(disparities=7, arithmetic=Arithmetic.LINEAR, fraction_bits=3),
-    MatcherConfig(disparities=5, arithmetic=Arithmetic.LINEAR, fraction_bits=4),
+    MatcherConfig(labels=2, method=OnePass(Arithmetic.THESIS)),
+    MatcherConfig(labels=13, method=OnePass(Arithmetic.THESIS)),
+    MatcherConfig(labels=2, method=OnePass(Arithmetic.LINEAR, 0)),
+    MatcherConfig(labels=7, method=OnePass(Arithmetic.LINEAR, 3)),
+    MatcherConfig(labels=5, method=OnePass(Arithmetic.LINEAR, 4)),
 ]
 
 
@@ -39,7 +39,7 @@ async def fill(ctx, dut, weight, clocks):
 
 @pytest.mark.parametrize("labels", [2, 3, 13, 16])
 def test_table_is_filled_and_filled_again(labels):
-    dut = LookUpTable(MatcherConfig(disparities=labels, arithmetic=Arithmetic.THESIS))
+    dut = LookUpTable(MatcherConfig(labels=labels, method=OnePass(Arithmetic.THESIS)))
     assert dut.fill_clocks == 2 * labels
     distance = np.abs(np.subtract.outer(range(labels), range(labels)))
 
@@ -63,7 +63,7 @@ def test_table_is_filled_and_filled_again(labels):
 
 def test_table_filled_while_filling():
     """A second ``fill`` starts over with its own weight."""
-    dut = LookUpTable(MatcherConfig(disparities=4, arithmetic=Arithmetic.THESIS))
+    dut = LookUpTable(MatcherConfig(labels=4, method=OnePass(Arithmetic.THESIS)))
 
     async def testbench(ctx):
         for cut in range(1, dut.fill_clocks):
@@ -84,7 +84,7 @@ def test_table_filled_while_filling():
 
 
 def test_table_of_linear_is_fixed():
-    dut = LookUpTable(MatcherConfig(disparities=6, arithmetic=Arithmetic.LINEAR))
+    dut = LookUpTable(MatcherConfig(labels=6, method=OnePass(Arithmetic.LINEAR)))
     assert dut.fill_clocks == 0
 
     async def testbench(ctx):
@@ -101,7 +101,7 @@ def test_table_of_linear_is_fixed():
 @pytest.mark.parametrize("config", CONFIGS, ids=str)
 def test_matches_golden(config):
     dut = Smooth(config)
-    labels = config.disparities
+    labels = config.labels
     rng = np.random.default_rng(1)
     weights = (15, 1, 0, WEIGHT_MAX)
     # Equal pixels, the greatest difference both ways, and one grey level beside each of them.

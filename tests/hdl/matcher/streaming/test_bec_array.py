@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from golden.config import Arithmetic, MatcherConfig
+from golden.config import Arithmetic, MatcherConfig, OnePass
 from golden.matcher.cost import local_disparity, matching_cost
 from golden.matcher.lines import line_store
 from golden.pictures.scenes import scene
@@ -39,7 +39,7 @@ def waves_of(left, right, in_use, rng, stall, begin=0):
 ])
 def test_matches_golden(labels, width, height, stall):
     # The second picture may not use all labels.
-    configs = [MatcherConfig(disparities=labels, arithmetic=Arithmetic.LINEAR, in_use=in_use) for in_use in (None, labels - labels // 3)]
+    configs = [MatcherConfig(labels=labels, in_use=in_use, method=OnePass(Arithmetic.LINEAR)) for in_use in (None, labels - labels // 3)]
     config = configs[0]
     rng = np.random.default_rng(3)
     pictures = [scene(width, height, labels, seed=4)[:2], noise(width, height, seed=5)]
@@ -63,7 +63,7 @@ def test_matches_golden(labels, width, height, stall):
     assert given == [(number % 256, number // 256 % 256) for number in range(count)]
     assert local == local_disparity(costs).tolist()
     begin = len(waves) + latency + 5
-    got = [[config.cost_outside - out[begin + place + 2 + d]["cost"][d] for d in range(labels)] for place in range(count)]
+    got = [[config.method.matching_cost.outside - out[begin + place + 2 + d]["cost"][d] for d in range(labels)] for place in range(count)]
     assert got == costs.tolist()
     if width > 2 * labels:
         assert {0, labels - 1} <= set(local)
@@ -72,9 +72,9 @@ def test_matches_golden(labels, width, height, stall):
 @pytest.mark.parametrize("stall", [0.0, 0.4])
 def test_label_memory(stall):
     """Around the memory several times; read as late as may be before the next word comes to the same place."""
-    config = MatcherConfig(disparities=10, arithmetic=Arithmetic.LINEAR)
+    config = MatcherConfig(labels=10, method=OnePass(Arithmetic.LINEAR))
     rng = np.random.default_rng(6)
-    labels, depth, late = config.disparities, 14, 7
+    labels, depth, late = config.labels, 14, 7
     given = rng.integers(0, 2**config.data_bits, (60, labels)).tolist()
     group = [number for number, members in enumerate(groups_of(config)) for _ in members]
     assert max(group) == 2

@@ -3,15 +3,18 @@ import itertools
 import numpy as np
 import pytest
 
-from golden.config import WEIGHT_MAX, Arithmetic, Cost, FusedParameters, MatcherConfig
+from golden.config import FUSED_1, WEIGHT_MAX, Arithmetic, Fused, MatcherConfig, OnePass, changed
 from golden.matcher.smooth import cones, slope
 from hdl.matcher.streaming.cones import Cones
 from sim.kit.clocked import run_clocked
 
 
-def config_of(labels, fraction_bits, cost=Cost.THESIS, **fused):
-    return MatcherConfig(disparities=labels, arithmetic=Arithmetic.LINEAR, fraction_bits=fraction_bits, cost=cost,
-                         fused=FusedParameters(**fused))
+def linear(labels, fraction_bits):
+    return MatcherConfig(labels, method=OnePass(Arithmetic.LINEAR, fraction_bits))
+
+
+def fused(labels, reach):
+    return MatcherConfig(labels, method=changed(FUSED_1, reach=reach))
 
 
 def neighbours(labels, count, rng):
@@ -28,17 +31,17 @@ def neighbours(labels, count, rng):
 
 @pytest.mark.parametrize("weights", [(15, 10, 5), (WEIGHT_MAX,) * 3, (0, 1, 62)], ids=str)
 @pytest.mark.parametrize("config", [
-    *(config_of(labels, fraction_bits) for labels, fraction_bits in [(2, 0), (3, 4), (13, 3), (80, 3), (256, 4)]),
-    *(config_of(labels, 0, Cost.FUSED, reach=reach) for labels, reach in [(2, 0), (3, 7), (13, 3), (80, 16), (128, 31)]),
-], ids=lambda config: f"{config.cost}-{config.disparities}")
+    *(linear(labels, fraction_bits) for labels, fraction_bits in [(2, 0), (3, 4), (13, 3), (80, 3), (256, 4)]),
+    *(fused(labels, reach) for labels, reach in [(2, 0), (3, 7), (13, 3), (80, 16), (128, 31)]),
+], ids=lambda config: f"{config.method.name}-{config.labels}")
 def test_matches_golden(config, weights):
-    labels = config.disparities
+    labels = config.labels
     pixels = list(neighbours(labels, 40, np.random.default_rng(1)))
-    if config.cost is Cost.FUSED:
+    if isinstance(config.method, Fused):
         # The size of the support; of the last pixel the greatest, which has a corner of the rest too.
-        sizes = np.random.default_rng(2).integers(1, config.fused.support_max + 1, len(pixels)).tolist()
+        sizes = np.random.default_rng(2).integers(1, config.method_as(Fused).arms.support_max + 1, len(pixels)).tolist()
         pixels = [pixel | {"n": n} for pixel, n in zip(pixels, sizes)]
-        pixels += [pixel | {"n": config.fused.support_max} for pixel in pixels[-96:]]
+        pixels += [pixel | {"n": config.method_as(Fused).arms.support_max} for pixel in pixels[-96:]]
     dut = Cones(config)
     latency = Cones.latency_of(config)
     out = run_clocked(dut, [{"i": pixel, "weights": list(weights)} for pixel in pixels], ["up", "down"], drain=latency)

@@ -7,7 +7,7 @@ from amaranth.lib import data, stream, wiring
 from amaranth.lib.wiring import In, Out
 from amaranth.sim import Simulator
 
-from golden.config import Arithmetic, Cost, FusedParameters, MatcherConfig
+from golden.config import FUSED_1, Fused, MatcherConfig, changed
 from golden.matcher.fused import stages
 from golden.pictures.scenes import scene
 from hdl.matcher.stream import CensusWord
@@ -19,8 +19,7 @@ from sim.kit.streams import send
 
 
 def config_of(labels, width, minimum=0, **fused):
-    return MatcherConfig(disparities=labels, max_width=width, arithmetic=Arithmetic.LINEAR, cost=Cost.FUSED, minimum=minimum,
-                         fused=FusedParameters(**fused))
+    return MatcherConfig(labels=labels, max_width=width, minimum=minimum, method=changed(FUSED_1, **fused))
 
 
 class Rig(wiring.Component):
@@ -29,12 +28,12 @@ class Rig(wiring.Component):
         self.config = config
         self.source = WaveSource(config)
         self.array = FusedArray(config, depth)
-        label = range(config.disparities)
+        label = range(config.labels)
         super().__init__({
             "i": In(stream.Signature(CensusWord(config))), "go": In(1), "in_use": In(9), "minimum": In(8),
             "queued": Out(Queued(config)), "queued_valid": Out(1), "right": Out(label), "right_valid": Out(1),
-            "address": In(range(depth)), "cost": Out(data.ArrayLayout(config.data_bits, config.disparities)),
-            "take": In(1), "n": Out(range(config.fused.support_max + 1)),
+            "address": In(range(depth)), "cost": Out(data.ArrayLayout(config.data_bits, config.labels)),
+            "take": In(1), "n": Out(range(config.method_as(Fused).arms.support_max + 1)),
         })
 
     def elaborate(self, platform):
@@ -42,7 +41,7 @@ class Rig(wiring.Component):
         m.submodules.source = source = self.source
         m.submodules.array = array = self.array
         wiring.connect(m, wiring.flipped(self.i), source.i)
-        if self.config.vertical:
+        if self.config.method_as(Fused).vertical:
             m.d.comb += array.vertical.eq(source.vertical)
         m.d.comb += [
             source.go.eq(self.go), source.in_use.eq(self.in_use), source.minimum.eq(self.minimum),
@@ -58,7 +57,7 @@ class Rig(wiring.Component):
 def run(dut, pictures, configs, stall):
     """Queued pixels, right labels; then every support sum and size, in the order of their pixels."""
     rng = np.random.default_rng(7)
-    labels = configs[0].disparities
+    labels = configs[0].labels
     count = sum(left.size for left, _ in pictures)
     queued, right, sums, sizes = [], [], [[None] * labels for _ in range(count)], []
 
@@ -109,7 +108,7 @@ def run(dut, pictures, configs, stall):
     # Every unit of the matching cost counts, and three costs are just above the limit.
     (3, 20, 3, {"census_rows": 3, "census_columns": 3, "census_weight": 1, "truncation": 15, "cost_factor": 15, "cost_shift": 0}),
     (6, 20, 2, {"census_rows": 1, "census_columns": 1, "truncation": 1000, "cost_factor": 1, "cost_shift": 2}),
-    *((*size, {"vertical": 1, "cost_shift": 6, "truncation": 60, "cost_outside": 12, **fused}) for *size, fused in [
+    *((*size, {"vertical_lines": 1, "cost_shift": 6, "truncation": 60, "cost_outside": 12, **fused}) for *size, fused in [
         (2, 1, 1, {}), (5, 1, 4, {"vertical_threshold": 255}), (13, 30, 4, {"vertical_threshold": 40}), (6, 20, 1, {"reach": 1}),
         (13, 4, 3, {"census_rows": 1})]),
 ])

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from golden.config import Arithmetic, MatcherConfig
+from golden.config import Arithmetic, MatcherConfig, OnePass
 from golden.matcher.labelling import transition
 from golden.matcher.smooth import cones
 from hdl.matcher.streaming.label_array import LabelArray
@@ -16,19 +16,19 @@ def waves_of(upper, lower, w1, w2, w3, config):
     return {
         "up": {"cone": w2 * upper + w3 * lower, "falling": falling, "between": between, "rising": rising, "low": low, "high": high,
                "below_low": low > 0, "below_high": high > 0, "step": falling if low > 0 else between if high > 0 else rising},
-        "down": {"ramp": 2 * w1 * (config.disparities - 1), "step": 2 * w1},
+        "down": {"ramp": 2 * w1 * (config.labels - 1), "step": 2 * w1},
     }
 
 
 def cases(config, count, rng):
     """Costs, vertices and slopes: random; few values, so that ties abound; the extremes."""
-    labels, most, steep = config.disparities, config.cost_outside, config.slope_max
+    labels, most, steep = config.labels, config.method.matching_cost.outside, config.method.slope_max
     for kind in range(count):
         match kind % 5:
             case 0:
-                cost, slopes = rng.integers(0, config.cost_max + 1, labels), rng.integers(0, steep + 1, 3)
+                cost, slopes = rng.integers(0, config.method.matching_cost.inside_max + 1, labels), rng.integers(0, steep + 1, 3)
             case 1:
-                cost, slopes = rng.integers(0, 3, labels), rng.integers(0, 2, 3) << config.fraction_bits
+                cost, slopes = rng.integers(0, 3, labels), rng.integers(0, 2, 3) << config.method.fraction_bits
             case 2:
                 cost, slopes = np.full(labels, int(rng.integers(0, most + 1))), np.zeros(3, dtype=int)
             case 3:
@@ -42,12 +42,12 @@ def cases(config, count, rng):
 
 @pytest.mark.parametrize("labels, fraction_bits", [(2, 0), (3, 3), (5, 4), (6, 3), (13, 3), (41, 1)])
 def test_matches_golden(labels, fraction_bits):
-    config = MatcherConfig(disparities=labels, arithmetic=Arithmetic.LINEAR, fraction_bits=fraction_bits)
+    config = MatcherConfig(labels=labels, method=OnePass(Arithmetic.LINEAR, fraction_bits))
     pixels = list(cases(config, 100, np.random.default_rng(labels)))
     dut = LabelArray(config)
 
     # Label d reads its cost d cycles after the wave started.
-    complement = (config.cost_outside - np.array([pixel[0] for pixel in pixels])).tolist()
+    complement = (config.method.matching_cost.outside - np.array([pixel[0] for pixel in pixels])).tolist()
     inputs = []
     for cycle, (_, upper, lower, *slopes) in enumerate(pixels):
         skewed = [complement[cycle - d][d] if cycle >= d else 0 for d in range(labels)]
@@ -60,7 +60,7 @@ def test_matches_golden(labels, fraction_bits):
     for (cost, upper, lower, w1, w2, w3), cycle in zip(pixels, out[dut.latency:], strict=True):
         # With the ramp taken out again: the energy without the left neighbour's term.
         ramp = w1 * np.arange(labels)
-        energy = (np.array(cost) << config.energy_shift) + cones(upper, lower, w1, w2, w3, config) + ramp
+        energy = (np.array(cost) << config.method.energy_shift) + cones(upper, lower, w1, w2, w3, config) + ramp
         expected = transition(energy, w1)
         got = [cycle["transition"][p] for p in range(labels)]
         assert got == expected.tolist()

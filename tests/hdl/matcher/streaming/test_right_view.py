@@ -1,15 +1,14 @@
 import numpy as np
 import pytest
 
-from golden.config import Arithmetic, Cost, FusedParameters, MatcherConfig
+from golden.config import FUSED_1, MatcherConfig, changed
 from golden.matcher.refine import check
 from hdl.matcher.streaming.right_view import LeftRightCheck
 from sim.kit.clocked import run_clocked
 
 
 def config_of(labels, width, minimum=0, tolerance=1):
-    return MatcherConfig(disparities=labels, max_width=width, arithmetic=Arithmetic.LINEAR, cost=Cost.FUSED, minimum=minimum,
-                         fused=FusedParameters(tolerance=tolerance))
+    return MatcherConfig(labels=labels, max_width=width, minimum=minimum, method=changed(FUSED_1, tolerance=tolerance))
 
 
 @pytest.mark.parametrize("labels, width, minimum, tolerance", [

@@ -3,15 +3,14 @@ import pytest
 from amaranth import *
 from amaranth.sim import Simulator
 
-from golden.config import Arithmetic, Cost, FusedParameters, MatcherConfig
+from golden.config import FUSED_1, MatcherConfig, changed
 from golden.matcher.support import arms
 from hdl.matcher.streaming.support import Arms, StepDelay, SupportSource
 from sim.kit.clocked import run_clocked
 
 
 def config_of(reach, threshold=10):
-    return MatcherConfig(disparities=2, arithmetic=Arithmetic.LINEAR, cost=Cost.FUSED,
-                         fused=FusedParameters(reach=reach, arm_threshold=threshold))
+    return MatcherConfig(labels=2, method=changed(FUSED_1, reach=reach, arm_threshold=threshold))
 
 
 def lines(rng, threshold):
@@ -66,7 +65,7 @@ def test_arms(reach, threshold, stall):
     rng = np.random.default_rng(2)
     given, expected = [], []
     for line in lines(rng, threshold):
-        l, r = arms(line, config_of(reach, threshold).fused)
+        l, r = arms(line, config_of(reach, threshold).method.arms)
         expected += zip(l[0].tolist(), r[0].tolist())
         given += [{"step": 1, "fresh": int(x == 0), "grey": int(grey)} for x, grey in enumerate(line[0])]
     given += [{"step": 1, "fresh": 1, "grey": 100}] * (reach + 1)  # steps without a pixel
@@ -98,7 +97,7 @@ def test_support_source(reach, stall):
         inputs.append({"completion": {**nothing, **completion}, "pixel_valid": 0, **pixel})
 
     for line in lines(rng, 10):
-        l, r = arms(line, config.fused)
+        l, r = arms(line, config.method.arms)
         put({"clear": 1})
         real = int(rng.integers(2))
         for x, grey in enumerate(line[0].tolist()):

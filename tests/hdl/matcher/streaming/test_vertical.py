@@ -3,15 +3,15 @@
 import numpy as np
 import pytest
 
-from golden.config import Arithmetic, Cost, FusedParameters, MatcherConfig
+from golden.config import FUSED_1, Fused, MatcherConfig, changed
 from golden.matcher.vertical import alike, vertical_support
 from hdl.matcher.streaming.vertical import VerticalSupport
 from sim.kit.clocked import run_clocked
 
 
 def config_of(max_width, labels):
-    return MatcherConfig(disparities=labels, max_width=max_width, arithmetic=Arithmetic.LINEAR, cost=Cost.FUSED,
-                         fused=FusedParameters(vertical=1, vertical_threshold=25, truncation=80, census_weight=20))
+    return MatcherConfig(labels, max_width,
+                         method=changed(FUSED_1, vertical_lines=1, vertical_threshold=25, truncation=80, census_weight=20))
 
 
 @pytest.mark.parametrize("pause", [0.0, 0.5])
@@ -23,15 +23,15 @@ def test_matches_golden(max_width, labels, sizes, pause):
     config = config_of(max_width, max(labels, 2))
     dut = VerticalSupport(config, range(labels))
     rng = np.random.default_rng(1)
-    greatest = config.fused.cost_max
+    greatest = config.method_as(Fused).cost.maximum
     assert greatest == 62
 
     inputs, expected = [], []
     for width, height in sizes:
         cost = rng.choice([0, 1, 31, greatest], (height, width, labels)).astype(np.uint8)
         left = rng.choice([0, 25, 51], (height, width))
-        above, below = alike(left, config.fused)
-        joined = vertical_support(cost, left, config.fused)
+        above, below = alike(left, config.method.vertical)
+        joined = vertical_support(cost, left, config.method.vertical)
         for y in range(height + 1):
             inputs += [{"i": {"write": 0}, "cost": rng.integers(0, greatest + 1, labels).tolist()}]  # before the line
             for x in range(width):

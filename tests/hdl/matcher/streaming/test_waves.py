@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from amaranth.sim import Simulator
 
-from golden.config import Arithmetic, Cost, FusedParameters, MatcherConfig
+from golden.config import FUSED_1, MatcherConfig, changed
 from golden.matcher.vertical import alike
 from hdl.matcher.streaming.waves import WaveSource
 from sim.kit.cases import engine_words, noise
@@ -15,8 +15,7 @@ from sim.kit.streams import send
 def test_long_lines(minimum, vertical):
     """A right column is there from the least disparity to the end of the line; waves without a pixel follow the frame alone."""
     width, height = 600, 2
-    config = MatcherConfig(disparities=2, max_width=width, arithmetic=Arithmetic.LINEAR, cost=Cost.FUSED, minimum=minimum,
-                           fused=FusedParameters(census_rows=1, census_columns=1, vertical=vertical))
+    config = MatcherConfig(2, width, minimum, method=changed(FUSED_1, census_rows=1, census_columns=1, vertical_lines=vertical))
     dut = WaveSource(config)
     words = engine_words(*noise(width, height, seed=1).astype(np.uint8), config)
     inside = []
@@ -45,8 +44,7 @@ def test_long_lines(minimum, vertical):
 @pytest.mark.parametrize("threshold", [0, 10, 255])
 def test_vertical_neighbours(threshold):
     """Which neighbours of the pixel above are alike, at the threshold and next to it, at the picture's edges and beyond a frame's end."""
-    config = MatcherConfig(disparities=2, max_width=9, arithmetic=Arithmetic.LINEAR, cost=Cost.FUSED,
-                           fused=FusedParameters(census_rows=1, census_columns=1, vertical=1, vertical_threshold=threshold))
+    config = MatcherConfig(2, 9, method=changed(FUSED_1, census_rows=1, census_columns=1, vertical_lines=1, vertical_threshold=threshold))
     dut = WaveSource(config)
     rng = np.random.default_rng(1)
     levels = [0, 10, 21, 31, 245, 255]
@@ -76,6 +74,6 @@ def test_vertical_neighbours(threshold):
         lines = [[next(at) for _ in range(width)] for _ in range(height + 2)]
         assert all([column for column, *_ in line] == list(range(width)) for line in lines)
         flags = np.array(lines[1:height + 1])[..., 1:]
-        above, below = alike(picture, config.fused)
+        above, below = alike(picture, config.method.vertical)
         assert flags[..., 0].tolist() == above.tolist() and flags[..., 1].tolist() == below.tolist()
     assert not list(at)

@@ -1,0 +1,266 @@
+"""The second method: the matching cost fused with a census, summed over supports, labelled by the same rule, then refined."""
+
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, replace
+from typing import Any, ClassVar
+
+from .limits import MINIMUM_BITS, PIXEL_MAX, WEIGHT_MAX, Arithmetic, Engine, MatchingCost, Setting, Weights, check_limits, weight_settings
+
+
+__all__ = ["CONFIDENCE_BITS", "FUSED_1", "FUSED_2", "FUSED_3", "Arms", "Fused", "FusedCost", "Refinement", "Vertical"]
+
+
+#: Bits of a result's confidence.
+CONFIDENCE_BITS = 4
+
+
+@dataclass(frozen=True)
+class FusedCost:
+    """The cost ``C = (cost_factor * min(E, truncation) + census_weight * H) >> cost_shift`` (floor) of a candidate.
+
+    Parameters
+    ----------
+    truncation : int
+        Largest matching cost ``E`` that counts, half grey levels, ``0..1023``.
+    cost_factor, census_weight, cost_shift : int
+        ``0..15``, ``0..127``, ``0..7``.
+    cost_outside : int
+        ``C`` of a candidate whose right pixel lies outside the picture, ``0..255``.
+    census_rows, census_columns : int
+        Window of the census, pixels; odd, up to 7 and 9.
+    """
+    truncation: int = 156
+    cost_factor: int = 4
+    census_weight: int = 47
+    cost_shift: int = 4
+    cost_outside: int = 30
+    census_rows: int = 5
+    census_columns: int = 7
+
+    MAX: ClassVar[int] = 255  # eight bits a cost, in memories and between labels
+    LIMITS: ClassVar[Mapping[str, range]] = {
+        "truncation": range(1024), "cost_factor": range(16), "census_weight": range(128), "cost_shift": range(8),
+        "cost_outside": range(MAX + 1), "census_rows": range(1, 8, 2), "census_columns": range(1, 10, 2),
+    }
+
+    def __post_init__(self) -> None:
+        check_limits(asdict(self), self.LIMITS)
+
+    @property
+    def neighbours(self) -> int:
+        """Bits of a census, hence the largest Hamming distance ``H``: the pixels of the window but the centre."""
+        return self.census_rows * self.census_columns - 1
+
+    @property
+    def maximum(self) -> int:
+        """Largest cost ``C``."""
+        inside = self.cost_factor * self.truncation + self.census_weight * self.neighbours >> self.cost_shift
+        return max(inside, self.cost_outside)
+
+
+@dataclass(frozen=True)
+class Arms:
+    """The support of a pixel on its scanline.
+
+    Parameters
+    ----------
+    arm_threshold : int
+        Grey levels by which a pixel of the support may differ from its centre, ``0..255``.
+    reach : int
+        Longest arm, pixels, ``0..31``.
+    """
+    arm_threshold: int = 10
+    reach: int = 16
+
+    LIMITS: ClassVar[Mapping[str, range]] = {"arm_threshold": range(PIXEL_MAX + 1), "reach": range(32)}
+
+    def __post_init__(self) -> None:
+        check_limits(asdict(self), self.LIMITS)
+
+    @property
+    def support_max(self) -> int:
+        """Most pixels of a support."""
+        return 2 * self.reach + 1
+
+
+@dataclass(frozen=True)
+class Vertical:
+    """Costs of the lines above and below that join a pixel's before they are summed over the support.
+
+    Parameters
+    ----------
+    vertical_lines : int
+        Lines on either side, 0 or 1.
+    vertical_threshold : int
+        Grey levels by which the pixel above, or below, may differ for that, ``0..255``.
+    """
+    vertical_lines: int = 0
+    vertical_threshold: int = 10
+
+    LIMITS: ClassVar[Mapping[str, range]] = {"vertical_lines": range(2), "vertical_threshold": range(PIXEL_MAX + 1)}
+
+    def __post_init__(self) -> None:
+        check_limits(asdict(self), self.LIMITS)
+
+    def __bool__(self) -> bool:
+        return bool(self.vertical_lines)
+
+
+@dataclass(frozen=True)
+class Refinement:
+    """What follows the rule. A stage that is off hands its input on.
+
+    Parameters
+    ----------
+    check : bool
+        Left-right check; off, every pixel passes.
+    fill : bool
+        Pixels that fail the check take a disparity from their scanline.
+    median : bool
+        Median of the disparities.
+    sub_pixel : bool
+        Disparities get three fraction bits between check and fill.
+    tolerance : int
+        Largest difference of left and right view that passes the check, pixels, ``0..7``.
+    median_size : int
+        Side of the median's window, pixels; 3 or 5.
+    """
+    check: bool = True
+    fill: bool = True
+    median: bool = True
+    sub_pixel: bool = False
+    tolerance: int = 1
+    median_size: int = 5
+
+    LIMITS: ClassVar[Mapping[str, range]] = {"tolerance": range(8), "median_size": range(3, 6, 2)}
+    SWITCHES: ClassVar[Mapping[str, str]] = {
+        "check": "left-right check", "fill": "fill of the pixels that fail the check", "median": "median of the disparities"}
+
+    def __post_init__(self) -> None:
+        check_limits(asdict(self), self.LIMITS)
+
+
+@dataclass(frozen=True)
+class Fused:
+    """Parameters of the second method; the defaults are the set :data:`FUSED_1`.
+
+    Parameters
+    ----------
+    cost : FusedCost
+    arms : Arms
+    vertical : Vertical
+    weights : Weights
+        ``2**-energy_shift`` of a unit of ``C`` a pixel of disparity.
+    energy_shift : int
+        Fraction bits of the weights: a support sum ``S`` enters the energy as ``S << energy_shift``; ``0..4``.
+    refinement : Refinement
+    """
+    cost: FusedCost = FusedCost()
+    arms: Arms = Arms()
+    vertical: Vertical = Vertical()
+    weights: Weights = Weights(17, 30, 22)
+    energy_shift: int = 3
+    refinement: Refinement = Refinement()
+
+    name: ClassVar[str] = "fused"
+    #: Limits of the parameters that are numbers, whichever part holds them.
+    LIMITS: ClassVar[Mapping[str, range]] = {
+        **FusedCost.LIMITS, **Arms.LIMITS, **Vertical.LIMITS, **dict.fromkeys(Weights._fields, range(WEIGHT_MAX + 1)),
+        "energy_shift": range(5), **Refinement.LIMITS,
+    }
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "weights", Weights(*self.weights))
+        self.weights.check()
+        check_limits({"energy_shift": self.energy_shift}, {"energy_shift": self.LIMITS["energy_shift"]})
+        if self.joined_max > FusedCost.MAX:
+            what = "the fused cost of three lines" if self.vertical else "the fused cost"
+            raise ValueError(f"{what} reaches {self.joined_max}, more than the {FusedCost.MAX} that its 8 bits hold; "
+                             "choose a smaller truncation, cost_factor or census_weight, or a greater cost_shift")
+
+    @property
+    def arithmetic(self) -> Arithmetic:
+        """The matching cost is that of ``LINEAR``."""
+        return Arithmetic.LINEAR
+
+    @property
+    def engines(self) -> tuple[Engine, ...]:
+        """Its sums are made by the streaming engine's array only."""
+        return (Engine.STREAMING,)
+
+    @property
+    def matching_cost(self) -> MatchingCost:
+        """Widths of the matching cost that is fused."""
+        return MatchingCost(self.arithmetic)
+
+    @property
+    def joined_max(self) -> int:
+        """Largest cost ``V`` with those of the lines above and below: of four shares."""
+        return self.cost.maximum * 4 if self.vertical else self.cost.maximum
+
+    @property
+    def data_max(self) -> int:
+        """Largest data term: the sum ``S`` over the widest support."""
+        return self.arms.support_max * self.joined_max
+
+    @property
+    def energy_scale(self) -> int:
+        """What a support sum is multiplied by to enter the energy."""
+        return 1 << self.energy_shift
+
+    @property
+    def slope_max(self) -> int:
+        """Largest slope of a smoothness term: ``dI = 0``, the greatest weight and the widest support."""
+        return self.arms.support_max * WEIGHT_MAX
+
+    @property
+    def slope_shift(self) -> int:
+        """A slope is ``(u*(256 - dI)) >> 8``, for each pixel of the support."""
+        return 0
+
+    @property
+    def smooth_step_max(self) -> int:
+        """Largest smoothness term between labels that differ by one, in equal pixels."""
+        return self.slope_max
+
+    @property
+    def disparity_scale(self) -> int:
+        """Units of a disparity a pixel: 8 with sub-pixel disparities, three fraction bits."""
+        return 8 if self.refinement.sub_pixel else 1
+
+    def result_fields(self, labels: int) -> Mapping[str, int]:
+        """Fields of a result, and their bits: the disparity at the greatest least disparity that may be set."""
+        greatest = (labels - 1 + 2**MINIMUM_BITS) * self.disparity_scale - 1
+        return {"disparity": greatest.bit_length(), "passed": 1, "confidence": CONFIDENCE_BITS}
+
+    def settings(self, minimum: int) -> Mapping[str, Setting]:
+        """The weights, the least disparity, and the switches of the refinement."""
+        switches = {name: Setting(1, int(getattr(self.refinement, name)), what) for name, what in Refinement.SWITCHES.items()}
+        return {
+            **weight_settings(self.weights, "fractions of the fused cost a pixel"),
+            "minimum": Setting(2**MINIMUM_BITS - 1, minimum, "least disparity", unit="pixels"), **switches,
+        }
+
+    def with_settings(self, values: Mapping[str, int]) -> "Fused":
+        """The method with those weights and switches; the least disparity is not the method's."""
+        weights = Weights(**{name: values.get(name, value) for name, value in self.weights._asdict().items()})
+        switches = {name: bool(values[name]) for name in Refinement.SWITCHES if name in values}
+        return replace(self, weights=weights, refinement=replace(self.refinement, **switches))
+
+    def about(self) -> Mapping[str, Any]:
+        """All parameters for reports."""
+        return {**asdict(self), "weights": self.weights._asdict()}
+
+
+FUSED_1 = Fused()  # the named default fused-1
+
+# The named set fused-2, found by golden tune from costs of four bits: two lines of them are kept for the vertical support.
+FUSED_2 = Fused(
+    FusedCost(truncation=142, cost_factor=2, census_weight=55, cost_shift=7, cost_outside=3, census_columns=5),
+    Arms(arm_threshold=14, reach=29), Vertical(vertical_lines=1, vertical_threshold=30), Weights(10, 23, 19), energy_shift=4)
+
+# The named set fused-3, found likewise: costs of four bits without vertical support, the least gateware. A support sum has nine bits, so
+# four of them fill a memory block's word.
+FUSED_3 = Fused(
+    FusedCost(truncation=194, cost_factor=2, cost_shift=7, cost_outside=2), Arms(arm_threshold=16), weights=Weights(6, 11, 9),
+    energy_shift=4)

@@ -1,0 +1,121 @@
+"""What every method answers, and how its parameters are changed by name."""
+
+import dataclasses
+from collections.abc import Mapping
+from typing import Any, ClassVar, Protocol, TypeVar
+
+from .limits import Arithmetic, Engine, MatchingCost, Setting, Weights
+
+
+__all__ = ["Method", "changed", "value_of"]
+
+
+class Method(Protocol):
+    """A way from two pictures to disparities: its parameters, as a frozen dataclass, and what follows from them.
+
+    A method's golden functions are found by its class in :mod:`golden.matcher.matcher`, its gateware in ``hdl.matcher.methods``.
+    """
+    name: ClassVar[str]
+
+    @property
+    def arithmetic(self) -> Arithmetic:
+        """Number formats of the matching cost."""
+
+    @property
+    def weights(self) -> Weights:
+        """Weights of the three neighbours."""
+
+    @property
+    def engines(self) -> tuple[Engine, ...]:
+        """Engines that compute it, the default first."""
+
+    @property
+    def matching_cost(self) -> MatchingCost:
+        """Widths of the matching cost."""
+
+    @property
+    def energy_shift(self) -> int:
+        """Fraction bits of the integer energies: a data term enters them shifted left by this."""
+
+    @property
+    def energy_scale(self) -> int:
+        """What a data term is multiplied by to enter the energy."""
+
+    @property
+    def data_max(self) -> int:
+        """Largest data term of a label, before it is shifted into the energy."""
+
+    @property
+    def slope_max(self) -> int:
+        """Largest slope of a smoothness term."""
+
+    @property
+    def slope_shift(self) -> int:
+        """Bits by which weight times likeness (8 fraction bits) is shifted left before its fraction is dropped."""
+
+    @property
+    def smooth_step_max(self) -> int:
+        """Largest smoothness term between labels that differ by one."""
+
+    @property
+    def disparity_scale(self) -> int:
+        """Units of a disparity a pixel."""
+
+    def result_fields(self, labels: int) -> Mapping[str, int]:
+        """Fields of a result, ``disparity`` first, and their bits."""
+
+    def settings(self, minimum: int) -> Mapping[str, Setting]:
+        """What the host may set beside the labels in use, by name; ``minimum`` is the least disparity that was built in."""
+
+    def with_settings(self, values: Mapping[str, int]) -> "Method":
+        """The method that computes what the gateware does once those of its settings are set."""
+
+    def about(self) -> Mapping[str, Any]:
+        """All parameters for reports, as JSON can hold them."""
+
+
+M = TypeVar("M")
+
+
+def _homes(method: Any) -> dict[str, str]:
+    """Parameter to the part of the method that holds it, a dataclass or a named tuple; '' for the parts and what is in none."""
+    homes = {}
+    for field in dataclasses.fields(method):
+        part = getattr(method, field.name)
+        homes[field.name] = ""
+        if dataclasses.is_dataclass(part):
+            homes.update({inner.name: field.name for inner in dataclasses.fields(part)})
+        elif hasattr(part, "_fields"):
+            homes.update(dict.fromkeys(part._fields, field.name))
+    return homes
+
+
+def value_of(method: Any, name: str) -> Any:
+    """The parameter ``name`` of a method, whichever part holds it."""
+    home = _homes(method)[name]
+    return getattr(getattr(method, home) if home else method, name)
+
+
+def changed(method: M, **values: Any) -> M:
+    """A method with other values of parameters, whichever part holds them, or other parts.
+
+    :class:`ValueError` if it has no such parameter.
+
+    Examples
+    --------
+    >>> from golden.config import OnePass
+    >>> changed(OnePass(), u3=7, fraction_bits=2).weights
+    Weights(u1=15, u2=10, u3=7)
+    """
+    homes = _homes(method)
+    parts: dict[str, dict[str, Any]] = {}
+    for name, value in values.items():
+        if name not in homes:
+            raise ValueError(f"{name} is no parameter of the method {method.name}; "  # type: ignore[attr-defined]
+                             f"those are {', '.join(homes)}")
+        parts.setdefault(homes[name], {})[name] = value
+    own = parts.pop("", {})
+    for home, inside in parts.items():
+        part = own.get(home, getattr(method, home))
+        own[home] = part._replace(**inside) if hasattr(part, "_fields") else dataclasses.replace(part, **inside)
+    return dataclasses.replace(method, **own)  # type: ignore[type-var]
