@@ -39,6 +39,6 @@ def run_cli(function: Callable[[Sequence[str] | None], int | None], argv: Sequen
         sentence, status = f"not enough memory: {error or 'allocation refused'}; use a smaller picture or fewer disparities", 2
     except KeyboardInterrupt:
         sentence, status = "interrupted", 130
-    # One line whatever a file name holds.
+    # One line, even if a file name contains line breaks.
     print(f"{prog}: {' '.join(sentence.split())}", file=sys.stderr)
     return status

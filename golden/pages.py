@@ -1,4 +1,4 @@
-"""Generated pages: which command wrote a page, and a digest of what it was made from, so that a stale page can be told."""
+"""Generated pages: which command wrote a page, and a digest of what it was made from, so that a stale page is noticed."""
 
 import hashlib
 import json

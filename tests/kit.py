@@ -1,4 +1,4 @@
-"""Pictures with ground truth, for tests that need real ones."""
+"""Photographs with ground truth, for tests."""
 
 import functools
 

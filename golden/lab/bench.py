@@ -1,4 +1,4 @@
-"""`python -m golden.lab.bench`: how long the fast rule takes, and how long the plain one would."""
+"""`python -m golden.lab.bench`: run time of the fast and of the plain version of the disparity rule."""
 
 import sys
 import time

@@ -33,7 +33,7 @@ def evaluate(pairs: Iterable[StereoPair], configure: Configure, threshold: float
     ----------
     pairs : iterable of StereoPair
     configure : callable
-        Gives the configuration for a number of disparities.
+        Takes a number of disparities, returns the configuration.
     threshold : float
         Pixels; of :func:`golden.pictures.metrics.bad_pixels`.
 
@@ -62,7 +62,7 @@ def average(figures: Figures) -> float:
 
 
 def table(rows: dict[str, Figures], threshold: float = 1.0, column: str = "arithmetic") -> Table:
-    """The figures for reading: a block of lines for each row, in percent to two decimals."""
+    """The figures as a table: a block of lines for each row, in percent to two decimals."""
     result = Table(title=f"Bad pixels: off by more than {threshold:g} pixel, percent")
     result.add_column(column)
     result.add_column("pair")
@@ -79,8 +79,8 @@ def table(rows: dict[str, Figures], threshold: float = 1.0, column: str = "arith
 def parser() -> Parser:
     """The arguments of the command."""
     result = Parser(prog="golden evaluate", description=(
-        "Bad pixels of the golden model on the four pairs of the Middlebury benchmark. With --cost fused and no switch the rule alone and "
-        "all stages of the refinement are shown; with --sub-pixel whole disparities and those with a fraction."))
+        "Bad pixels of the golden model on the four pairs of the Middlebury benchmark. --cost fused without a switch shows the rule alone "
+        "and with all stages of the refinement; --sub-pixel shows disparities rounded to pixels and with a fraction."))
     add_data_option(result)
     add_method_options(result, thesis="all three")
     add_threshold_option(result)
@@ -89,7 +89,7 @@ def parser() -> Parser:
 
 
 def _stages(refinement: Refinement) -> str:
-    """Words for the stages that are on."""
+    """Words for the stages in use."""
     on = [name for name in STAGES if getattr(refinement, name)]
     words = ["refined"] if len(on) == len(STAGES) else on or ["rule alone"]
     return " + ".join([*words, "sub-pixel"] if refinement.sub_pixel else words)
@@ -100,7 +100,7 @@ def _refined(config: MatcherConfig, refinement: Refinement) -> MatcherConfig:
 
 
 def _rows(options: argparse.Namespace) -> dict[str, Configure]:
-    """What the options ask for: the configuration of every row, for a number of disparities."""
+    """The rows that the options select: name, and a function from the number of disparities to the configuration."""
     if options.cost == OnePass.name:
         def thesis(arithmetic: Arithmetic) -> Configure:
             return lambda disparities: method_config(options, disparities, arithmetic)
@@ -110,12 +110,12 @@ def _rows(options: argparse.Namespace) -> dict[str, Configure]:
     def fused(refinement: Refinement) -> Configure:
         return lambda disparities: _refined(method_config(options, disparities), refinement)
 
-    asked = method_config(options, MatcherConfig.LABELS[0]).method_as(Fused).refinement
-    whole = dataclasses.replace(asked, sub_pixel=False)
+    given = method_config(options, MatcherConfig.LABELS[0]).method_as(Fused).refinement
+    whole = dataclasses.replace(given, sub_pixel=False)
     alone = dataclasses.replace(whole, check=False, fill=False, median=False)
     by_default = all(getattr(options, name) is None for name in ("refine", *STAGES))
     # Each once, in this order.
-    return {_stages(each): fused(each) for each in ([alone] if by_default else []) + [whole, asked]}
+    return {_stages(each): fused(each) for each in ([alone] if by_default else []) + [whole, given]}
 
 
 def run(argv: Sequence[str] | None) -> None:
@@ -138,7 +138,7 @@ def run(argv: Sequence[str] | None) -> None:
                 bar.advance(task)
 
     if output:
-        one = sample[0]  # rows differ in arithmetic or in stages only
+        one = sample[0]  # rows differ only in arithmetic or stages
         document: dict[str, Any] = {
             "unit": f"percent of pixels off by more than {options.threshold:g} pixel", "cost": one.method.name,
             "fraction_bits": value_of(one.method, "energy_shift" if options.cost == Fused.name else "fraction_bits"),

@@ -1,4 +1,4 @@
-"""`python -m golden sparsification`: whether confidence ranks errors."""
+"""`python -m golden sparsification`: how well confidence ranks errors."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -27,12 +27,12 @@ KEPT = (100, 90, 80, 70, 60, 50)  # percent of the pixels, columns of the table
 def sparsification(confidence: NDArray[Any], bad: NDArray[np.bool_]) -> NDArray[np.float64]:
     """Bad pixels among the ``k`` most confident, percent, for ``k = 1 .. N``.
 
-    Pixels of equal confidence are kept in random order: the result is the expectation over it.
+    Pixels of equal confidence are kept in random order; the result is the expectation.
 
     Parameters
     ----------
     confidence : (N,) ndarray
-        Greater is surer.
+        Greater is more confident.
     bad : (N,) bool ndarray
 
     Returns
@@ -45,17 +45,17 @@ def sparsification(confidence: NDArray[Any], bad: NDArray[np.bool_]) -> NDArray[
     [50.0, 50.0, 33.333333333333336, 50.0]
     """
     _, level, count = np.unique(-np.asarray(confidence, dtype=np.float64), return_inverse=True, return_counts=True)
-    share = np.bincount(level, weights=bad) / count  # of bad pixels at each level, the surest first
+    share = np.bincount(level, weights=bad) / count  # of bad pixels at each level, the most confident first
     return 100 * np.cumsum(np.repeat(share, count)) / np.arange(1, level.size + 1)
 
 
 def area(curve: NDArray[np.float64]) -> float:
-    """Area under a curve of :func:`sparsification` over the share of pixels that is kept, 0 to 1: percent."""
+    """Area under a curve of :func:`sparsification` over the share of pixels kept, 0 to 1: percent."""
     return float(curve.mean())
 
 
 def area_above_oracle(confidence: NDArray[Any], bad: NDArray[np.bool_]) -> float:
-    """Area between the curve and that of an oracle, which drops bad pixels first (AUSE): percent; 0 is perfect.
+    """Area between the curve and that of an oracle, which rejects bad pixels first (AUSE): percent; 0 is perfect.
 
     Examples
     --------
@@ -73,11 +73,11 @@ def plot(path: Path, curves: dict[str, tuple[NDArray[np.float64], NDArray[np.flo
     axes = figure.add_subplot()
     for number, (name, (curve, oracle)) in enumerate(curves.items()):
         kept = 100 * np.arange(1, curve.size + 1) / curve.size
-        # A few hundred points are what the eye can see.
+        # A few hundred points suffice for the eye.
         some = slice(curve.size // 100, None, max(1, curve.size // 500))
         axes.plot(kept[some], curve[some], color=f"C{number}", label=name)
         axes.plot(kept[some], oracle[some], color=f"C{number}", linestyle=":", label=f"{name}, oracle")
-    axes.set(xlabel="pixels kept, the surest first, %", ylabel="of them bad, %", xlim=(0, 100), ylim=(0, None),
+    axes.set(xlabel="pixels kept, most confident first, %", ylabel="bad among them, %", xlim=(0, 100), ylim=(0, None),
              title="Sparsification: bad pixels (off by more than 1) by confidence")
     axes.legend()
     axes.grid(alpha=0.3)
@@ -87,8 +87,8 @@ def plot(path: Path, curves: dict[str, tuple[NDArray[np.float64], NDArray[np.flo
 def parser() -> Parser:
     """The arguments of the command."""
     result = Parser(prog="golden sparsification", description=(
-        "Bad pixels among those that are kept when the least confident are dropped, on the four pairs of the Middlebury benchmark (all), "
-        "and the area between that curve and an oracle's (AUSE): 0 is perfect, the last column is that of confidence which knows nothing."))
+        "Bad pixels among those kept when the least confident are rejected, on the four pairs of the Middlebury benchmark (all), and the "
+        "area between that curve and an oracle's (AUSE): 0 is perfect; the last column is the area for random confidence."))
     add_data_option(result)
     add_method_options(result, cost=Fused.name)
     result.add_argument("--output", type=Path, metavar="FILE", help=f"draw the curves there; suffix {', '.join(SHEET_SUFFIXES)}")

@@ -24,7 +24,8 @@ from .workers import Run, add_worker_options, check_installed, workers
 __all__ = ["SPACE", "main", "objective", "search"]
 
 
-# What is searched, and how far. The cost keeps its 8 bits and the gateware its size: factor, shift and tolerance stay.
+# Parameters that are searched, and their ranges. Factor, shift and tolerance are fixed, so the cost keeps its 8 bits and the gateware its
+# size.
 SPACE = {
     "truncation": range(40, 401), "census_weight": range(0, 101), "cost_outside": range(1, 81),
     "census_rows": range(3, 8, 2), "census_columns": range(3, 10, 2), "arm_threshold": range(3, 31), "reach": range(4, 32),
@@ -32,9 +33,10 @@ SPACE = {
     "vertical_lines": range(2), "vertical_threshold": range(3, 61),
 }
 
-# Trials that are asked for together and told together: the search is the same on any number of processors.
+# Trials whose parameters are suggested together and whose results are reported together: the search does not depend on the number of
+# processors.
 BATCH = 8
-# Sets that are asked for at most to have a batch whose costs fit.
+# Most suggestions for one batch; those whose cost has too many bits are rejected.
 ATTEMPTS = 400
 
 BUILT_IN = {"motorcycle": "the Motorcycle pair of scikit-image", "scenes": "synthetic scenes with occlusions"}
@@ -54,7 +56,7 @@ def _figures(run: Run, pairs: Sequence[StereoPair], candidates: Sequence[Fused])
 
 
 def _suggest(trial: Any, names: Sequence[str], start: Fused, cost_bits: int) -> Fused | None:
-    """Parameters to try; None if their cost does not fit."""
+    """Parameters to try; ``None`` if their cost has too many bits."""
     values = {}
     for name in names:
         greatest = min(SPACE[name][-1], (1 << cost_bits) - 1) if name == "cost_outside" else SPACE[name][-1]
@@ -77,13 +79,13 @@ def search(run: Run, pairs: Sequence[StereoPair], names: Sequence[str], trials: 
     pairs : sequence of StereoPair
         Names must differ.
     names : sequence of str
-        Of :data:`SPACE`: what is searched, from a ``start`` within it. The others stay as they are there.
+        Of :data:`SPACE`: the parameters that are searched, from a ``start`` within it. The others keep the values of ``start``.
     trials : int
         The first is ``start`` itself, so the result is never worse.
     advance : callable or None
-        Called with the number of trials that are done, the least average and its parameters.
+        Called with the number of finished trials, the least average and its parameters.
     cost_bits : int
-        Parameters whose cost ``C`` takes more bits are not tried.
+        Parameters whose cost ``C`` has more bits are not tried.
 
     Returns
     -------
@@ -95,7 +97,7 @@ def search(run: Run, pairs: Sequence[StereoPair], names: Sequence[str], trials: 
 
     optuna.logging.set_verbosity(optuna.logging.ERROR)
     with warnings.catch_warnings():
-        # Joint distributions: weights and costs are good together. Optuna calls that experimental; the bound of its version holds it.
+        # Joint distributions, because weights and costs depend on each other. Optuna calls that experimental; its version is bounded.
         warnings.simplefilter("ignore", optuna.exceptions.ExperimentalWarning)
         sampler = optuna.samplers.TPESampler(seed=seed, n_startup_trials=2 * BATCH, multivariate=True, constant_liar=True)
     study = optuna.create_study(sampler=sampler)
@@ -151,16 +153,16 @@ def parser() -> Parser:
     """The arguments of the command."""
     words = "; ".join(f"the word {word}: {what}" for word, what in BUILT_IN.items())
     result = Parser(prog="golden tune", formatter_class=argparse.ArgumentDefaultsHelpFormatter, description=(
-        "Searches parameters of the fused cost that give the fewest bad pixels on some pairs, and shows what they give on others. "
-        f"A place of pairs is a pair's folder or a folder of such (see docs/data.md); {words}. The same seed gives the same result."))
+        "Searches parameters of the fused cost with the fewest bad pixels on some pairs, and shows the result on others. A place of pairs "
+        f"is a pair's folder or a folder of such (see docs/data.md); {words}. The same seed gives the same result."))
     result.add_argument("--train", nargs="+", required=True, metavar="PLACE", help="pairs that the search sees")
-    result.add_argument("--test", nargs="+", default=list(BUILT_IN), metavar="PLACE", help="pairs that it does not see")
-    result.add_argument("--trials", type=int, default=200, metavar="N", help="parameter sets that are tried, the start among them")
+    result.add_argument("--test", nargs="+", default=list(BUILT_IN), metavar="PLACE", help="pairs that the search does not see")
+    result.add_argument("--trials", type=int, default=200, metavar="N", help="parameter sets to try, including the start")
     result.add_argument("--seed", type=int, default=1, metavar="S", help="of the search")
     result.add_argument("--search", nargs="+", choices=SPACE, default=list(SPACE), metavar="NAME", help="parameters that are searched")
     result.add_argument("--start", type=Path, metavar="fused-1|fused-2|fused-3|FILE",
-                        help="parameters to start from, fused-1 if none are given")
-    result.add_argument("--cost-bits", type=int, default=8, metavar="B", help="most bits of a cost: what lines of costs take in memory")
+                        help="parameters to start from, fused-1 by default")
+    result.add_argument("--cost-bits", type=int, default=8, metavar="B", help="most bits of a cost, hence of memory for lines of costs")
     add_worker_options(result)
     result.add_argument("--output", type=Path, required=True, metavar="FILE",
                         help=f"write the best so far there, for --parameters; suffix {PARAMETER_SUFFIX}")
@@ -199,7 +201,7 @@ def run(argv: Sequence[str] | None) -> None:
         def advance(done: int, least: float, best: Fused) -> None:
             nonlocal written
             bar.update(task, completed=done, description=f"least average {least:.2f} %")
-            if best != written or done == options.trials:  # what an interrupted search has found is kept
+            if best != written or done == options.trials:  # an interrupted search keeps its best
                 note = f"golden tune: {least:.2f} % bad pixels on {places}\nseed {options.seed}, {done} of {options.trials} trials"
                 write_parameters(output, best, note)
                 written = best

@@ -95,7 +95,7 @@ def _read_clock(path: Path) -> dict:  # type: ignore[type-arg]
 
 
 def _run(argv: Sequence[str] | None) -> int:
-    parser = Parser(prog="python -m hdl.resources.tables", description=__doc__ + " Counts eight matchers: about a quarter of an hour.")
+    parser = Parser(prog="python -m hdl.resources.tables", description=__doc__ + " Counts ten matchers: about a quarter of an hour.")
     parser.add_argument("--output", type=Path, default=Path("docs/resources.md"), metavar="FILE", help="default: %(default)s")
     parser.add_argument("--clock", type=Path, action="append", default=[], metavar="JSON",
                         help="what `python -m hdl.resources --clock --json JSON` wrote: a row of table 3; may be repeated")

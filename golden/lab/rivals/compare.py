@@ -159,7 +159,7 @@ def page(head: str, compared: Sequence[View], rows: Rows, threshold: float, pict
 
 
 def table(rows: Rows, threshold: float) -> Table:
-    """The figures for reading: a block of rows for every view, a column for every method."""
+    """The figures as a table: a block of rows for every view, a column for every method."""
     result = Table(title=f"Bad pixels: off by more than {threshold:g} pixel, percent", box=SIMPLE_HEAD, padding=(0, 1, 0, 0),
                    caption="; ".join(f"{name}: {what}" for name, what in FIGURES.items()))
     for column in ("", "pixels"):
@@ -191,7 +191,7 @@ def parser() -> Parser:
     add_truth_options(result)
     result.add_argument("--output", type=Path, metavar="FILE", help=f"draw all pictures there; suffix {', '.join(SHEET_SUFFIXES)}")
     result.add_argument("--page", type=Path, metavar="FILE", help=(
-        "write a page of figures and of the picture --output there, in Markdown; what was added to it by hand stays; suffix .md"))
+        "write a page of figures and of the picture --output there, in Markdown; text added to it by hand is kept; suffix .md"))
     return result
 
 

@@ -21,12 +21,12 @@ __all__ = ["CYCLES", "GridEnergy", "alpha_beta_swap", "alpha_expansion", "expand
 Labels = NDArray[Any]
 Progress = Callable[[int, int], object]
 
-# Turns through all labels, or all pairs of them; the search ends earlier where another would change nothing. Measured, the fifth still
+# Cycles through all labels, or all pairs of them; the search ends earlier when another would change nothing. Measured, the fifth still
 # lowers most energies of the four pairs, by at most 0.03 %.
 CYCLES = 5
 
-# Of the energy that most of the literature cuts: truncated absolute differences, Potts, and a weight that halves across an edge.
-# Of eleven sets around these, alpha-expansion has the fewest bad pixels on the four pairs with this one.
+# The energy most usual in the literature: truncated absolute differences, Potts, and a weight that halves across an edge. Of eleven sets
+# of parameters around these, alpha-expansion has the fewest bad pixels on the four pairs with this one.
 TRUNCATION = 20  # grey levels
 SMOOTHNESS = 8   # grey levels for two neighbours of different disparity, where the picture has an edge between them
 EDGE = 8         # grey levels; a greater difference is an edge
@@ -45,7 +45,7 @@ class GridEnergy:
     vertical : (H-1, W) integer ndarray
         Weights, from 0, of a pixel and its lower neighbour.
     distance : (D, D) integer ndarray
-        A metric: symmetric, 0 on the diagonal, and no way round is shorter.
+        A metric: symmetric, 0 on the diagonal, with the triangle inequality.
     """
     data: NDArray[Any]
     horizontal: NDArray[Any]
@@ -53,7 +53,7 @@ class GridEnergy:
     distance: NDArray[Any]
 
     def edges(self) -> Iterator[tuple[tuple[slice, slice], tuple[slice, slice], NDArray[Any]]]:
-        """Where the first and the second pixel of the pairs lie, and the weights: horizontal, then vertical pairs."""
+        """Slices of the first and the second pixels of the pairs, and the weights: horizontal, then vertical pairs."""
         yield np.s_[:, :-1], np.s_[:, 1:], self.horizontal
         yield np.s_[:-1], np.s_[1:], self.vertical  # type: ignore[misc]
 
@@ -68,7 +68,7 @@ class GridEnergy:
 def potts_energy(left: NDArray[Any], right: NDArray[Any], labels: int) -> GridEnergy:
     """The usual energy of graph cuts: absolute differences up to 20, and 8 or 16 for every pair of neighbours that differ.
 
-    16 holds between pixels that differ by at most 8 grey levels. Where ``d > x`` the data term is the truncation.
+    16 applies to pixels that differ by at most 8 grey levels. Where ``d > x`` the data term is the truncation.
     """
     data = np.minimum(absolute_differences(left, right, labels), TRUNCATION)
     data[:, outside_candidates(data.shape[1], labels)] = TRUNCATION
@@ -81,9 +81,9 @@ def potts_energy(left: NDArray[Any], right: NDArray[Any], labels: int) -> GridEn
 
 
 def thesis_energy(cost: NDArray[Any], left: NDArray[Any], config: MatcherConfig) -> GridEnergy:
-    """The energy that the one-pass rule stands for, :func:`golden.matcher.energy.energy`, in ``LINEAR`` arithmetic.
+    """The energy of the one-pass rule, :func:`golden.matcher.energy.energy`, in ``LINEAR`` arithmetic.
 
-    ``THESIS`` rounds after the product with the distance of the labels, so its distances are no metric; ``FLOAT`` is not whole.
+    ``THESIS`` rounds after the product with the distance of the labels, so its distances are no metric; ``FLOAT`` has no whole numbers.
     """
     if config.method_as(OnePass).arithmetic is not Arithmetic.LINEAR:
         raise ValueError(f"the energy is cut in the arithmetic linear only, not {config.method.arithmetic}")
@@ -134,10 +134,10 @@ def swap(energy: GridEnergy, labels: Labels, alpha: int, beta: int) -> Labels:
     nodes[members] = np.arange(count)
     price = energy.data[..., beta].astype(np.int64) - energy.data[..., alpha]
     for p, q, weight in energy.edges():
-        # A member beside a pixel that keeps its label counts the distance from that.
-        for own, other in ((p, q), (q, p)):
+        # A member next to a pixel that keeps its label counts the distance to that label.
+        for this, other in ((p, q), (q, p)):
             fixed = energy.distance[beta, labels[other]] - energy.distance[alpha, labels[other]]
-            price[own] += np.where(members[other], 0, weight * fixed)
+            price[this] += np.where(members[other], 0, weight * fixed)
         both = members[p] & members[q] & (weight > 0)
         capacity = weight[both] * energy.distance[alpha, beta]
         graph.add_edges(nodes[p][both], nodes[q][both], capacity, capacity)
@@ -151,13 +151,13 @@ def swap(energy: GridEnergy, labels: Labels, alpha: int, beta: int) -> Labels:
 def _search(energy: GridEnergy, labels: Labels, moves: list[tuple[int, ...]], move: Callable[..., Labels], cycles: int,
             advance: Progress | None) -> Labels:
     """Make moves in turn until none lowers the energy; see :func:`alpha_expansion`."""
-    least, known = energy(labels), 0  # and how many of the last moves cannot lower it
+    least, known = energy(labels), 0  # known: how many of the last moves cannot lower it
     for number in range(cycles * len(moves)):
         moved = move(energy, labels, *moves[number % len(moves)])
         value = energy(moved)
         known += 1
         if value < least:
-            labels, least, known = moved, value, 1  # a move leaves nothing to itself
+            labels, least, known = moved, value, 1  # the same move again would not lower it
         if advance:
             advance(number + 1, least)
         if known == len(moves):
@@ -166,17 +166,17 @@ def _search(energy: GridEnergy, labels: Labels, moves: list[tuple[int, ...]], mo
 
 
 def alpha_expansion(energy: GridEnergy, labels: Labels, cycles: int = CYCLES, advance: Progress | None = None) -> Labels:
-    """Lower the energy by expansions of one label after the other, until none lowers it.
+    """Minimise the energy by expansions of one label after another, until none lowers it.
 
     Parameters
     ----------
     energy : GridEnergy
     labels : (H, W) integer ndarray
-        Where to start.
+        The start.
     cycles : int
-        Most turns through all labels.
+        Most cycles through all labels.
     advance : callable or None
-        Called after every move with the number of moves that were tried and the energy, which never rises.
+        Called after every move with the number of moves so far and the energy, which never rises.
 
     Returns
     -------
@@ -187,7 +187,7 @@ def alpha_expansion(energy: GridEnergy, labels: Labels, cycles: int = CYCLES, ad
 
 
 def alpha_beta_swap(energy: GridEnergy, labels: Labels, cycles: int = CYCLES, advance: Progress | None = None) -> Labels:
-    """As :func:`alpha_expansion`, by swaps of two labels; ``cycles`` turn through all pairs."""
+    """As :func:`alpha_expansion`, by swaps of two labels; ``cycles`` through all pairs."""
     return _search(energy, labels, list(combinations(range(energy.data.shape[-1]), 2)), swap, cycles, advance)
 
 
@@ -204,7 +204,7 @@ def potts_swap(left: NDArray[Any], right: NDArray[Any], labels: int, advance: Pr
 
 
 def improved(left: NDArray[Any], right: NDArray[Any], labels: int, advance: Progress | None = None) -> Labels:
-    """Disparities by alpha-expansion on :func:`thesis_energy`, from those of the one-pass rule: never of more energy than they are."""
+    """Disparities by alpha-expansion on :func:`thesis_energy`, from those of the one-pass rule: the energy is never greater than theirs."""
     config = MatcherConfig(labels, method=OnePass(Arithmetic.LINEAR))
     cost = matching_cost(left, right, config)
     start = labelling(cost, local_disparity(cost), left, config)

@@ -32,16 +32,16 @@ QUANTILES = (0, 10, 25, 50, 75, 90, 100)  # percent of the lines
 
 @dataclass(frozen=True)
 class LineGap:
-    """What the rule and the minimum cut make of a line; all energies in ``LINEAR`` arithmetic.
+    """The rule and the minimum cut on a line; all energies in ``LINEAR`` arithmetic.
 
     Parameters
     ----------
     rule, least : int
-        Energy of the rule's labels, and that of the minimum cut.
+        Energies of the rule's labels and of the minimum cut.
     differ : float
-        Share of the pixels whose label is another in the cut that was found, ``0..1``.
+        Share of the pixels whose labels differ in rule and cut, ``0..1``.
     seconds : (float, float)
-        Processor time of augmenting paths and of push-relabel, the building of their graphs included.
+        Processor time of augmenting paths and of push-relabel, including the construction of their graphs.
     """
     rule: int
     least: int
@@ -50,7 +50,7 @@ class LineGap:
 
     @property
     def percent(self) -> float:
-        """What the rule's energy is above the least, percent of the least."""
+        """Energy of the rule above the minimum, percent of the minimum."""
         return 100 * (self.rule - self.least) / self.least if self.least else 0.0 if self.rule == 0 else float("inf")
 
 
@@ -63,9 +63,9 @@ def _timed(solve: Callable[[LineGraph], tuple[int, NDArray[np.bool_]]], graph: L
 def gaps(pair: StereoPair, every: int = 1, advance: Callable[[], object] = lambda: None) -> list[LineGap]:
     """The gap of every line of a pair, or of one line in ``every``.
 
-    The energy of a line counts what the rule (2-15) counts: matching costs, smoothness along the line, and smoothness against the upper
-    line as the rule labels it and against the lower line's local disparities. So the rule and the cut lower the very same sum; the
-    rule in one pass from the left, the cut for the whole line. The two maximum flows must agree.
+    The energy of a line is that of the rule (2-15): matching costs, smoothness along the line, and smoothness against the upper line as
+    the rule labels it and against the lower line's local disparities. So rule and cut minimise the same sum: the rule in one pass from
+    the left, the cut for the whole line. The two maximum flows must agree.
 
     Parameters
     ----------
@@ -94,7 +94,7 @@ def gaps(pair: StereoPair, every: int = 1, advance: Callable[[], object] = lambd
 
 
 def table(results: dict[str, list[LineGap]]) -> Table:
-    """The distribution of the gaps, a column for every pair."""
+    """The distribution of the gaps, a column for each pair."""
     result = Table(title="Energy of the one-pass rule above the minimum cut of each line")
     result.add_column("")
     for name in results:
@@ -130,7 +130,7 @@ def plot(path: Path, results: dict[str, list[LineGap]]) -> None:
 
     figure = Figure(figsize=(7, 1.6 + 1.5 * len(results)), layout="constrained")
     percents = {name: np.array([line.percent for line in lines]) for name, lines in results.items()}
-    # The few lines far off would press the others into one bar; the last bar holds them.
+    # The few outliers would compress the others into one bar; the last bar collects them.
     end = max(float(np.percentile(values, 97)) for values in percents.values()) or 1.0
     bins = np.linspace(0, end, 41)
     for number, (axes, (name, values)) in enumerate(zip(figure.subplots(len(results), sharex=True, squeeze=False)[:, 0], percents.items(),
@@ -150,7 +150,7 @@ def parser() -> Parser:
     """The arguments of the command."""
     result = Parser(prog="golden gaps", description=(
         "The thesis's row-column graph of every scanline, cut exactly by the maximum flows of two libraries, augmenting paths (PyMaxflow) "
-        "and push-relabel (OR-Tools), which must agree; and how much more energy the labels of the one-pass rule have on that line."))
+        "and push-relabel (OR-Tools), which must agree; and how far the energy of the one-pass rule is above it on that line."))
     add_pair_options(result)
     result.add_argument("--every", type=int, default=1, metavar="N", help="take one line in N (default: %(default)s)")
     result.add_argument("--output", type=Path, metavar="FILE", help=f"draw the histograms there; suffix {', '.join(SHEET_SUFFIXES)}")

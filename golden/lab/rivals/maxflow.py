@@ -19,7 +19,7 @@ Cut = tuple[int, NDArray[np.bool_]]
 
 def line_terms(cost: NDArray[Any], left: NDArray[Any], labels: NDArray[Any], local: NDArray[Any], y: int,
                config: MatcherConfig) -> tuple[Ints, Ints]:
-    """Terms of the energy that the one-pass rule (2-15) lowers along line ``y``, given the labels of the lines above and below.
+    """Terms of the energy that the one-pass rule (2-15) minimises along line ``y``, given the labels of the lines above and below.
 
     Parameters
     ----------
@@ -42,7 +42,7 @@ def line_terms(cost: NDArray[Any], left: NDArray[Any], labels: NDArray[Any], loc
     """
     if config.method_as(OnePass).arithmetic is not Arithmetic.LINEAR:
         raise ValueError(f"lines are cut in the arithmetic linear only, not {config.method.arithmetic}")
-    rows = slice(max(y - 1, 0), y + 2)  # slopes look one line up and one down
+    rows = slice(max(y - 1, 0), y + 2)  # slopes read one line above and one below
     w1, w2, w3 = slopes(np.asarray(left)[rows], config)[:, y - rows.start].astype(np.int64)
     label = np.arange(cost.shape[-1])
     data = cost[y].astype(np.int64) * config.method.energy_scale
@@ -62,7 +62,7 @@ def line_energy(labels: NDArray[Any], data: Ints, weight: Ints) -> int:
 class LineGraph:
     """The thesis's row-column graph: a row of vertices for every pixel of a line, a column for every step between two disparities.
 
-    Vertex ``x * (D-1) + k`` stands between the disparities ``k`` and ``k+1`` of pixel ``x``; on the source's side it says that the
+    Vertex ``x * (D-1) + k`` is between the disparities ``k`` and ``k+1`` of pixel ``x``; on the source's side it means that the
     disparity is greater than ``k``. A cut severs one t-link of every row, that of the disparity, and the n-links between.
 
     Parameters
@@ -103,8 +103,8 @@ def line_graph(data: Ints, weight: Ints) -> LineGraph:
     width, labels = data.shape
     shape = width, labels - 1
     vertex = np.arange(width * (labels - 1)).reshape(shape)
-    # Nothing leads back along a row, as in the thesis's figure, so a cut might sever two t-links of a row. None that does is minimal:
-    # to get from one disparity to another it would go round a pixel and pay its t-link twice, where all columns of n-links cost the same.
+    # As in the thesis's figure there are no links back along a row, so a cut might sever two t-links of a row. No such cut is minimal: it
+    # would sever a pixel's t-links twice, where all columns of n-links cost the same.
     along, between = data[:, 1:-1], np.repeat(weight, labels - 1)
     return LineGraph(
         shape, data[:, 0], data[:, -1],
@@ -120,7 +120,7 @@ def augmenting_path(graph: LineGraph) -> Cut:
     -------
     flow : int
     source : (W, D-1) bool ndarray
-        Which vertices are on the source's side of a minimum cut.
+        The vertices on the source's side of a minimum cut.
     """
     import maxflow  # here, because only the rivals need it
 
@@ -128,7 +128,7 @@ def augmenting_path(graph: LineGraph) -> Cut:
     solver = maxflow.GraphInt(vertex.size, graph.tails.size)
     solver.add_nodes(vertex.size)
     solver.add_edges(graph.tails, graph.heads, graph.forward, graph.backward)
-    # A vertex of a graph of two disparities is first and last of its row.
+    # With two disparities, a vertex is first and last of its row.
     first, last = np.zeros(graph.shape, dtype=np.int64), np.zeros(graph.shape, dtype=np.int64)
     first[:, 0], last[:, -1] = graph.from_source, graph.to_sink
     solver.add_grid_tedges(vertex, first, last)
@@ -137,7 +137,7 @@ def augmenting_path(graph: LineGraph) -> Cut:
 
 
 def push_relabel(graph: LineGraph) -> Cut:
-    """Maximum flow by push and relabel, of OR-Tools; returns what :func:`augmenting_path` does."""
+    """Maximum flow by push-relabel, of OR-Tools; returns as :func:`augmenting_path`."""
     from ortools.graph.python.max_flow import SimpleMaxFlow  # here, because only the rivals need it
 
     vertex = graph.vertices

@@ -65,7 +65,7 @@ METHODS = {
     "ssd-min-filter": Method(ssd.disparities, "squared differences, shiftable windows", published="SSD+min filter"),
     "alpha-expansion": Method(cuts.potts_expansion, "graph cuts by expansions, Potts", "maxflow", "Graph Cut Method"),
     "alpha-beta-swap": Method(cuts.potts_swap, "graph cuts by swaps, Potts", "maxflow", "Graph Cut Method"),
-    "one-pass-expansion": Method(cuts.improved, "expansions of one-pass-linear, on its own energy", "maxflow", lowers=True),
+    "one-pass-expansion": Method(cuts.improved, "expansions that minimise the energy of one-pass-linear", "maxflow", lowers=True),
     "opencv-bm": Method(opencv.block_matching, "OpenCV's StereoBM", "cv2"),
     "opencv-sgbm": Method(opencv.semi_global_matching, "OpenCV's StereoSGBM over eight paths", "cv2"),
     "one-pass-float": _ours("the thesis's rule in float64: its MATLAB model", OnePass(Arithmetic.FLOAT), published="Proposed Method"),
@@ -92,7 +92,7 @@ def measure(name: str, pair: StereoPair) -> dict[str, Any]:
         lower it: that of :func:`golden.matcher.energy.energy` in ``LINEAR`` arithmetic.
     """
     method = METHODS[name]
-    # Processor time, because another task may hold the processor meanwhile; of the thread, because a worker may have others.
+    # Processor time, because other tasks may run meanwhile; of the thread, because a worker may have several.
     start = time.thread_time()
     found = method.function(pair.left, pair.right, pair.disparities)
     result: dict[str, Any] = {"seconds": time.thread_time() - start}

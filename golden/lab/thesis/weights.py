@@ -105,7 +105,7 @@ def _best(lab: Laboratory, names: list[str]) -> dict[Weights, float]:
 
     def attempt(what: str, sets: set[Weights]) -> None:
         weights, bad = _search(lab, f"figure 37, {what}", sets, names)
-        # Rounded, because equal averages must be equal whatever the order of the sum.
+        # Rounded, because equal averages must be equal in any order of the sum.
         average.update(zip(weights, bad.mean(axis=(1, 2)).round(9).tolist(), strict=True))
 
     attempt("grid", {(a, b, c) for a, b, c in itertools.product(SEARCHED, repeat=3)})

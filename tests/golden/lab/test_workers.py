@@ -1,4 +1,4 @@
-"""golden.lab.workers: every job's result comes back under its own number, wherever it is computed."""
+"""golden.lab.workers: every job's result is returned under the number of the job, wherever it is computed."""
 
 import math
 import os

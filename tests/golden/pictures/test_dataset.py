@@ -1,4 +1,4 @@
-"""golden.pictures.dataset: reduction worked by hand, and the real pairs as they should be."""
+"""golden.pictures.dataset: reduction worked by hand, and properties of the benchmark's pairs."""
 
 import shutil
 import sys

@@ -1,4 +1,4 @@
-"""`python -m golden match`: what it writes beside disparities, comparison with a truth, and bad input to either."""
+"""`python -m golden match`: its further outputs, comparison with a truth, and bad input to either."""
 
 import numpy as np
 import pytest

@@ -71,7 +71,7 @@ def test_comparison(tmp_path):
         left, a, b = np.array_split(part, 3, axis=1)
         assert share(left, (grey,) * 3) > 0.7 and share(a, (grey,) * 3) < 0.01
         if thirds:
-            assert share(a, least) > 0.7 and share(b, greatest) > 0.7  # each row has its own scale
+            assert share(a, least) > 0.7 and share(b, greatest) > 0.7  # each row has another scale
         else:
             assert share(b, (0, 0, 0)) > 0.3 and share(b, greatest) > 0.3  # black is not finite
             assert 0.005 < share(a, least) < 0.2 and len(np.unique(a.reshape(-1, 3), axis=0)) > 30

@@ -63,7 +63,7 @@ def test_rivals(folder, capsys):
     expected = evaluate(pairs, lambda disparities: MatcherConfig(labels=disparities, method=OnePass(Arithmetic.LINEAR)))
     assert {pair: one["figures"] for pair, one in rows["one-pass-linear"]["pairs"].items()} == expected
     assert rows["one-pass-linear"]["average"] == pytest.approx(np.mean([list(row.values()) for row in expected.values()]))
-    # Printed figures stay apart from measured ones, in a part and in columns of their own.
+    # Printed figures are separate from measured ones, in another part and in other columns.
     assert rows["dynamic-programming"]["published"] == "Dynamic Programming" and "published" not in rows["one-pass-linear"]
     assert document["published"]["rows"]["Graph Cut Method"] == {"nonocc": 1.19, "all": 2.01, "disc": 6.24, "tool": "CPU", "seconds": 69.8}
     lines = [line.split() for line in printed.out.splitlines()]
@@ -71,7 +71,7 @@ def test_rivals(folder, capsys):
     assert figures["tsukuba", "one-pass-linear"][:3] == [f"{expected['tsukuba'][mask]:.2f}" for mask in MASKS]
     assert len(figures["tsukuba", "one-pass-linear"]) == 4
     assert figures["tsukuba", "dynamic-programming"][4:] == ["4.12/5.04/12", "1"]
-    assert printed.out.count("4.12/") == 1  # beside the printed pair only
+    assert printed.out.count("4.12/") == 1  # next to the printed pair only
     assert max(map(len, printed.out.splitlines())) <= 80
 
 

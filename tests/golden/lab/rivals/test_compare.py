@@ -16,7 +16,7 @@ from golden.pictures.scenes import SCENES, layers
 
 
 FREE = ["--methods", "one-pass-linear", "dynamic-programming"]  # need no package of the extra
-OWN = ["left.png", "right.png", "--disparities", "8"]
+GIVEN = ["left.png", "right.png", "--disparities", "8"]
 
 
 @pytest.fixture(autouse=True)
@@ -48,7 +48,7 @@ def linear(pair):
 
 
 def test_scenes(capsys):
-    assert main(["compare", *OWN, "--truth", "truth.npy", *FREE]) == 0
+    assert main(["compare", *GIVEN, "--truth", "truth.npy", *FREE]) == 0
     printed = capsys.readouterr()
     assert printed.err == "" and max(map(len, printed.out.splitlines())) <= 80
     found = figures(printed.out)
@@ -65,7 +65,7 @@ def test_scenes(capsys):
 def test_threshold_and_mask(capsys):
     rows = []
     for arguments in ([], ["--threshold", "0"], ["--mask", "mask.png"], ["--threshold", "0", "--mask", "mask.png"]):
-        assert main(["compare", *OWN, "--truth", "truth.npy", *arguments, "--scenes", *FREE]) == 0
+        assert main(["compare", *GIVEN, "--truth", "truth.npy", *arguments, "--scenes", *FREE]) == 0
         printed = capsys.readouterr().out
         assert f"more than {int('--threshold' not in arguments)} pixel" in printed
         rows.append(tuple(figures(printed)["left.png", "known"]))
@@ -90,10 +90,10 @@ def test_motorcycle_without_pictures(capsys, monkeypatch):
 
 
 def test_sheet(folder, capsys):
-    assert main(["compare", *OWN, "--scenes", "slanted", *FREE, "--output", "a.png"]) == 0  # no truth: its panel is black
+    assert main(["compare", *GIVEN, "--scenes", "slanted", *FREE, "--output", "a.png"]) == 0  # no truth: its panel is black
     assert "no truth" in capsys.readouterr().out
     without = read_colours("a.png").astype(int)
-    assert main(["compare", *OWN, "--truth", "truth.npy", "--scenes", "slanted", *FREE, "--output", "a.png"]) == 0
+    assert main(["compare", *GIVEN, "--truth", "truth.npy", "--scenes", "slanted", *FREE, "--output", "a.png"]) == 0
     upper, lower = (np.array_split(part, 4, axis=1) for part in np.array_split(read_colours("a.png").astype(int), 2))
     black = (np.array_split(np.array_split(without, 2)[0], 4, axis=1)[1] == 0).all(axis=-1).mean()
     assert black > 0.6 > 0.05 > (upper[1] == 0).all(axis=-1).mean()
@@ -107,16 +107,16 @@ def test_sheet(folder, capsys):
 def test_every_picture_advances_the_bar(monkeypatch):
     advanced = []
     monkeypatch.setattr("rich.progress.Progress.advance", lambda bar, task: advanced.append(task))
-    assert main(["compare", *OWN, "--scenes", "thin", "slanted", *FREE]) == 0
+    assert main(["compare", *GIVEN, "--scenes", "thin", "slanted", *FREE]) == 0
     assert len(advanced) == 3 * 2
 
 
 def test_what_the_sheet_shows(monkeypatch):
     shown = []
     monkeypatch.setattr(compare, "write_comparison", lambda path, strips: shown.extend([path.name, *strips]))
-    assert main(["compare", *OWN, "--truth", "truth.npy", "--scenes", "thin", *FREE, "--output", "a.png"]) == 0
-    name, own, thin = shown
-    assert (name, own.name, thin.name) == ("a.png", "left.png", "thin") and own.limits == thin.limits == (0, 7)
+    assert main(["compare", *GIVEN, "--truth", "truth.npy", "--scenes", "thin", *FREE, "--output", "a.png"]) == 0
+    name, given, thin = shown
+    assert (name, given.name, thin.name) == ("a.png", "left.png", "thin") and given.limits == thin.limits == (0, 7)
     scene = SCENES["thin"](48, 40, 8, 1 + list(SCENES).index("thin"))
     assert (thin.left == scene.left).all()
     titles, pictures = zip(*thin.disparities.items(), strict=True)
@@ -170,21 +170,21 @@ def test_digest_is_of_the_inputs(small_motorcycle, monkeypatch):
 @pytest.mark.parametrize("arguments, message", [
     (["left.png"], "left.png has no right picture"),
     (["--page", "a.md"], "--page a.md shows the picture --output, which is missing; give --output FILE too"),
-    ([*OWN, "--output", "a.png", "--page", "a.md"], "--page a.md is for the Motorcycle pair, not for left.png; leave one of them out"),
+    ([*GIVEN, "--output", "a.png", "--page", "a.md"], "--page a.md is for the Motorcycle pair, not for left.png; leave one of them out"),
     (["--output", "a.png", "--page", "a.html"], "a.html has the suffix .html, which is not one of .md; choose one of these for --page"),
     (["left.png", "right.png"], "--disparities is missing; give the number of disparities of the pictures, 2 to "),
-    ([*OWN[:-1], "1"], "--disparities must be a whole number from 2 to "),
+    ([*GIVEN[:-1], "1"], "--disparities must be a whole number from 2 to "),
     (["left.png", "none.png", "--disparities", "8"], "none.png does not exist"),
     (["--disparities", "8"], "--disparities 8 is for LEFT and RIGHT, which are missing"),
     (["--truth", "truth.npy"], "--truth truth.npy is for LEFT and RIGHT, which are missing"),
-    ([*OWN, "--truth", "narrow.npy"], "narrow.npy has 39x30 pixels"),
-    ([*OWN, "--mask", "mask.png"], "mask.png masks a ground truth, but there is none"),
-    ([*OWN, "--scenes", "thin", "thin"], "--scenes names thin more than once"),
-    ([*OWN, "--scenes", "fog"], "fog"),
-    ([*OWN, "--methods", "none"], "none"),
-    ([*OWN, "--methods", "one-pass-linear", "one-pass-linear"], "--methods names one-pass-linear more than once"),
-    ([*OWN, "--output", "a.txt"], "a.txt has the suffix .txt"),
-    ([*OWN, "--output", "none/a.png"], "the folder none of a.png does not exist"),
+    ([*GIVEN, "--truth", "narrow.npy"], "narrow.npy has 39x30 pixels"),
+    ([*GIVEN, "--mask", "mask.png"], "mask.png masks a ground truth, but there is none"),
+    ([*GIVEN, "--scenes", "thin", "thin"], "--scenes names thin more than once"),
+    ([*GIVEN, "--scenes", "fog"], "fog"),
+    ([*GIVEN, "--methods", "none"], "none"),
+    ([*GIVEN, "--methods", "one-pass-linear", "one-pass-linear"], "--methods names one-pass-linear more than once"),
+    ([*GIVEN, "--output", "a.txt"], "a.txt has the suffix .txt"),
+    ([*GIVEN, "--output", "none/a.png"], "the folder none of a.png does not exist"),
 ])
 def test_bad_input(folder, capsys, arguments, message):
     asked = [*arguments, *([] if "--methods" in arguments else FREE)]

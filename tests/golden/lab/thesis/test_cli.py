@@ -15,6 +15,7 @@ from golden.lab.thesis import command, results, specimen, sweeps, tables, weight
 from golden.lab.thesis.choices import Choice
 from golden.lab.thesis.laboratory import Laboratory
 from golden.lab.thesis.page import Table
+from golden.lab.thesis.rivals import rival_figures
 from golden.lab.workers import workers
 from golden.matcher.labelling import match
 from golden.pages import read_origin
@@ -118,7 +119,7 @@ def test_quick_names_what_it_leaves_out(data, folder, capsys, monkeypatch):
     left_out = re.findall(r"Left out by `--quick`: (.*)\.", text)
     assert left_out == [
         "alpha-expansion, graph cuts by expansions, Potts; alpha-beta-swap, graph cuts by swaps, Potts; "
-        "one-pass-expansion, expansions of one-pass-linear, on its own energy",
+        "one-pass-expansion, expansions that minimise the energy of one-pass-linear",
         "the 3 readings of what the thesis leaves open", "the resources of our engines", "the rates of our engines",
         "the search for the best weights"]
     assert "| Graph Cut Method | 1.19 |" in text and "\n| alpha-expansion |" not in text and "\n| opencv-bm |" in text
@@ -143,6 +144,13 @@ def test_digest_is_of_the_inputs(folder, monkeypatch):
             others.append(found())
     assert len({first, *others}) == 1 + len(others)
     assert found() == first
+
+
+def test_the_digest_does_not_depend_on_the_machine():
+    found = {}
+    pair = specimen.specimens()["venus"]
+    specimen._timeless([(sweeps.labels_of, pair, "float"), (rival_figures, pair, "dynamic-programming")], found.__setitem__)
+    assert [result["seconds"] for result in found.values()] == [0, 0] and found[0]["labels"].any() and found[1]["bad"].any()
 
 
 @contextlib.contextmanager
