@@ -1,11 +1,24 @@
-"""Photographs with ground truth, for tests."""
+"""What tests of several rooms share: photographs with ground truth, components that are refused."""
 
+import contextlib
 import functools
+import gc
+import warnings
 
 import pytest
+from amaranth.hdl import UnusedElaboratable
 
 from golden.errors import UserError
 from golden.pictures.dataset import data_folder, load_pair, motorcycle
+
+
+@contextlib.contextmanager
+def refused_components():
+    """Around what a constructor refuses: the components that it had built by then are collected here, without Amaranth's warning."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", UnusedElaboratable)
+        yield
+        gc.collect()
 
 
 @functools.cache

@@ -2,12 +2,14 @@
 
 import math
 from dataclasses import dataclass, field
+from fractions import Fraction
 
 from rich.table import Table
 
 from ..errors import UserError
 from .formats import DISPLAYS, PAL, CameraFormat, DisplayFormat
 from .memory_map import WORD_BYTES, MemoryMap
+from .pairing import WINDOW, check_window
 
 
 __all__ = ["Budget", "Demand", "MemoryTiming", "grant_clocks", "served_clocks"]
@@ -107,6 +109,8 @@ class Budget:
         Clocks of the local interface that the matcher takes for a pixel.
     masters, burst : int
         As given to the arbiter.
+    window : Fraction or float
+        Greatest time between the beginnings of a pair's frames, in frames.
     """
     memory_map: MemoryMap = field(default_factory=MemoryMap)
     camera: CameraFormat = PAL
@@ -115,12 +119,10 @@ class Budget:
     matcher_clocks: float = 1.01
     masters: int = 6
     burst: int = 16
+    window: Fraction | float = WINDOW
 
     # Lines of the picture that the monitor reads in the time of one of its own, in mode both: every second one is passed over.
     DISPLAY_LINES = 2
-
-    # Double buffers: a pair begins 5/8 of a frame apart at most, and the earlier buffer is written again after a whole frame.
-    READING_SHARE = 3 / 8
 
     def __post_init__(self) -> None:
         if (self.memory_map.width, self.memory_map.height) != (self.camera.width, self.camera.height):
@@ -128,6 +130,7 @@ class Budget:
                              f"{self.camera.width}x{self.camera.height}: choose the same size")
         if self.matcher_clocks <= 0:
             raise ValueError(f"matcher_clocks must be above 0, not {self.matcher_clocks!r}")
+        check_window(self.window)
 
     @property
     def efficiency(self) -> float:
@@ -142,8 +145,12 @@ class Budget:
 
     @property
     def reading_seconds(self) -> float:
-        """Time to read a pair: 3/8 of a frame with double buffers, a whole frame with more."""
-        return self.camera.frame_seconds * (self.READING_SHARE if self.memory_map.buffers == 2 else 1)
+        """Time to read a pair: a frame less the window with double buffers, a whole frame with more.
+
+        With double buffers the earlier frame of a pair is written over a whole frame after it was complete, and the later one may be
+        complete as much as the window after it.
+        """
+        return self.camera.frame_seconds * float(1 - self.window if self.memory_map.buffers == 2 else 1)
 
     @property
     def matcher_seconds(self) -> float:

@@ -4,7 +4,7 @@
 from enum import Enum
 
 
-__all__ = ["Camera", "Pictures", "Plane"]
+__all__ = ["Camera", "Pictures", "PlaneState"]
 
 
 class Camera:
@@ -59,12 +59,12 @@ class Camera:
         return None
 
 
-class Plane(Enum):
-    """What has been seen of one plane of the picture that is written."""
-    AWAITED = "awaited"
-    FILLING = "filling"
-    COMPLETE = "complete"
-    ABANDONED = "abandoned"
+class PlaneState(Enum):
+    """How far one plane of the picture that is written has come; in the gateware a register of two bits."""
+    AWAITED = 0
+    FILLING = 1
+    COMPLETE = 2
+    ABANDONED = 3
 
 
 class Pictures:
@@ -74,7 +74,7 @@ class Pictures:
     ----------
     writing, latest, shown : int or None
         Slot that is written, that holds a complete picture not yet shown, and that is shown. Never the same one.
-    planes : list of :class:`Plane`
+    planes : list of :class:`PlaneState`
         Of the picture that is written.
     dropped, abandoned : int
         Complete pictures in whose place another one came before a fetch; pictures that did not become complete.
@@ -86,7 +86,7 @@ class Pictures:
         self.writing: int | None = None
         self.latest: int | None = None
         self.shown: int | None = None
-        self.planes = [Plane.AWAITED] * 2
+        self.planes = [PlaneState.AWAITED] * 2
         self.dropped = self.abandoned = 0
 
     def free(self) -> int | None:
@@ -100,29 +100,29 @@ class Pictures:
     def start(self, slot: int) -> None:
         """A pair starts, whose picture goes into ``slot``."""
         self.writing = slot
-        self.planes = [Plane.AWAITED] * 2
+        self.planes = [PlaneState.AWAITED] * 2
 
     def end(self, plane: int, complete: bool) -> None:
         """A plane is complete, or abandoned; nothing if it had not begun since the pair started."""
-        if self.writing is not None and self.planes[plane] is Plane.FILLING:
-            self.planes[plane] = Plane.COMPLETE if complete else Plane.ABANDONED
+        if self.writing is not None and self.planes[plane] is PlaneState.FILLING:
+            self.planes[plane] = PlaneState.COMPLETE if complete else PlaneState.ABANDONED
 
     def begin(self, plane: int) -> bool:
         """A plane begins: whether it may be written. One for each pair; if it begins twice the picture is abandoned."""
         if self.writing is None:
             return False
-        if self.planes[plane] is Plane.FILLING:
-            self.planes[plane] = Plane.ABANDONED
-        if self.planes[plane] is not Plane.AWAITED:
+        if self.planes[plane] is PlaneState.FILLING:
+            self.planes[plane] = PlaneState.ABANDONED
+        if self.planes[plane] is not PlaneState.AWAITED:
             return False
-        self.planes[plane] = Plane.FILLING
+        self.planes[plane] = PlaneState.FILLING
         return True
 
     def settle(self) -> None:
         """The picture is finished as soon as both planes are."""
-        if self.writing is None or Plane.AWAITED in self.planes or Plane.FILLING in self.planes:
+        if self.writing is None or PlaneState.AWAITED in self.planes or PlaneState.FILLING in self.planes:
             return
-        if Plane.ABANDONED in self.planes:
+        if PlaneState.ABANDONED in self.planes:
             self.give_up()
             return
         self.dropped += self.latest is not None

@@ -37,7 +37,7 @@ class MemoryMap:
     width, height : int
         Pixels of a line, lines of a picture.
     buffers : int
-        Pictures of each plane: 2, or 3 where the matcher takes longer than 3/8 of a frame's time.
+        Pictures of each plane: 2, or 3 for a slow matcher, see :func:`golden.video.pairing.buffers_needed`.
     """
     width: int = 720
     height: int = 576

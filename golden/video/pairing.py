@@ -31,7 +31,7 @@ from typing import NamedTuple
 from .buffers import Camera, Pictures
 
 
-__all__ = ["CAMERAS", "LIVES", "PLANES", "WINDOW", "Pair", "Pairing", "buffers_needed"]
+__all__ = ["CAMERAS", "LIVES", "PLANES", "WINDOW", "Pair", "Pairing", "buffers_needed", "check_window"]
 
 
 #: Greatest time between the beginnings of a pair's frames, in frame periods.
@@ -157,7 +157,13 @@ class Pairing:
         return pair
 
 
-def buffers_needed(read_seconds: float, period_seconds: float) -> int:
+def check_window(window: Fraction | float) -> None:
+    """Raise :class:`ValueError` unless ``window`` can be one, in frame periods."""
+    if not 0 < window < 1:
+        raise ValueError(f"the window of a pair must be above 0 and below 1 frame, not {window}")
+
+
+def buffers_needed(read_seconds: float, period_seconds: float, window: Fraction | float = WINDOW) -> int:
     """Buffers for each picture with which no frame is skipped, whatever the phase of the cameras.
 
     Counts a whole period for a frame to fill its buffer, a little more than it takes. The display must fetch twice a period: else a pair
@@ -169,6 +175,8 @@ def buffers_needed(read_seconds: float, period_seconds: float) -> int:
         From a pair's start to the last pixel read: the matcher's time for a frame.
     period_seconds : float
         Of the cameras' frames.
+    window : Fraction or float
+        Greatest time between the beginnings of a pair's frames, in periods.
 
     Examples
     --------
@@ -180,4 +188,5 @@ def buffers_needed(read_seconds: float, period_seconds: float) -> int:
     if not 0 < read_seconds < period_seconds:
         raise ValueError(f"a pair must be read in less than the frame period of {period_seconds * 1e3:.4g} ms, "
                          f"not in {read_seconds * 1e3:.4g} ms")
-    return 2 if read_seconds <= (1 - WINDOW) * period_seconds else 3
+    check_window(window)
+    return 2 if read_seconds <= (1 - window) * period_seconds else 3

@@ -1,10 +1,10 @@
 """The frame store's buffers: which one a camera fills, which slot a picture is written to, which is shown."""
 
-from enum import Enum
-
 from amaranth import *
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out, Signature
+
+from golden.video.buffers import PlaneState
 
 
 __all__ = ["CameraBuffers", "Fetch", "PairRead", "PictureSlots", "Writing"]
@@ -157,14 +157,6 @@ class CameraBuffers(wiring.Component):
         return m
 
 
-class Plane(Enum):
-    """What has been seen of one plane of the picture that is written."""
-    AWAITED = 0
-    FILLING = 1
-    COMPLETE = 2
-    ABANDONED = 3
-
-
 class PictureSlots(wiring.Component):
     """The slots of the shown pictures: which one is written, which is shown. Golden: :class:`golden.video.buffers.Pictures`.
 
@@ -222,21 +214,21 @@ class PictureSlots(wiring.Component):
         after = []
         for name in ("disparity_plane", "left_plane"):
             writer = getattr(self, name)
-            plane = Signal(Plane, name=name)
-            ended = Signal(Plane, name=f"{name}_ended")
-            then  = Signal(Plane, name=f"{name}_then")
+            plane = Signal(PlaneState, name=name)
+            ended = Signal(PlaneState, name=f"{name}_ended")
+            then  = Signal(PlaneState, name=f"{name}_then")
             m.d.comb += [
                 ended.eq(plane), then.eq(ended),
-                writer.buffer.eq(written), writer.accept.eq(writing & (plane == Plane.FILLING)),
+                writer.buffer.eq(written), writer.accept.eq(writing & (plane == PlaneState.FILLING)),
             ]
-            with m.If(plane == Plane.FILLING):
+            with m.If(plane == PlaneState.FILLING):
                 with m.If(writer.abandoned | (writer.begin & ~writer.complete)):
-                    m.d.comb += ended.eq(Plane.ABANDONED)
+                    m.d.comb += ended.eq(PlaneState.ABANDONED)
                 with m.Elif(writer.complete):
-                    m.d.comb += ended.eq(Plane.COMPLETE)
-            with m.If(writer.begin & (ended == Plane.AWAITED)):
-                m.d.comb += then.eq(Plane.FILLING)
-            m.d.sync += plane.eq(Mux(writing, then, Plane.AWAITED))
+                    m.d.comb += ended.eq(PlaneState.COMPLETE)
+            with m.If(writer.begin & (ended == PlaneState.AWAITED)):
+                m.d.comb += then.eq(PlaneState.FILLING)
+            m.d.sync += plane.eq(Mux(writing, then, PlaneState.AWAITED))
             after.append(then)
 
         # The picture is finished as both planes are.
@@ -245,8 +237,8 @@ class PictureSlots(wiring.Component):
         complete = Signal()
         m.d.comb += [
             give_up.eq(writing & ~self.reading & (wait == self.life_clocks)),
-            finished.eq(writing & Cat((then == Plane.COMPLETE) | (then == Plane.ABANDONED) for then in after).all()),
-            complete.eq(finished & ~give_up & Cat(then == Plane.COMPLETE for then in after).all()),
+            finished.eq(writing & Cat((then == PlaneState.COMPLETE) | (then == PlaneState.ABANDONED) for then in after).all()),
+            complete.eq(finished & ~give_up & Cat(then == PlaneState.COMPLETE for then in after).all()),
             self.abandoned.eq((give_up | finished) & ~complete),
             self.dropped.eq(complete & waits),
         ]

@@ -1,5 +1,7 @@
 """Pictures out of the memory: for the matcher, and for the monitor."""
 
+from typing import Any
+
 from amaranth import *
 from amaranth.lib import data, stream, wiring
 from amaranth.lib.wiring import In, Out
@@ -9,18 +11,12 @@ from golden.video.memory_map import MemoryMap, Plane
 
 from ..matcher.stream import PixelPair, copy_flags
 from .arbiter import ReadPort
+from .buffers import PairRead
 from .dma import LineScan, PixelUnpacker, PlanePair, WordFifo, line_number
 from .words import ShownPixel
 
 
 __all__ = ["PairReader", "PictureReader"]
-
-
-def _check(memory_map, burst, depth):
-    """``ValueError`` if there is no such reader."""
-    LineScan.check(memory_map, burst)
-    if depth < 2 * burst:
-        raise ValueError(f"each FIFO of a reader must hold at least {2 * burst} words, two bursts, not {depth!r}")
 
 
 class _PlanePairReader(wiring.Component):
@@ -139,7 +135,50 @@ class _PlanePairReader(wiring.Component):
         return m
 
 
-class PairReader(wiring.Component):
+class _Reader(wiring.Component):
+    """What :class:`PairReader` and :class:`PictureReader` share; see there.
+
+    Parameters
+    ----------
+    planes : pair of :class:`golden.video.memory_map.Plane`
+    cuts : bool
+        Whether a new beginning cuts the pictures under way.
+    members : dict
+        Those beyond ``port``, ``fill`` and ``clear_fill``; ``o`` among them.
+    """
+    def __init__(self, memory_map: MemoryMap, planes: tuple[Plane, Plane], members: dict[str, Any], *, cuts: bool, burst: int, depth: int):
+        LineScan.check(memory_map, burst)
+        if depth < 2 * burst:
+            raise ValueError(f"each FIFO of a reader must hold at least {2 * burst} words, two bursts, not {depth!r}")
+        self.memory_map = memory_map
+        self.planes = planes
+        self.cuts = cuts
+        self.burst = burst
+        self.depth = depth
+        super().__init__({
+            **members,
+            "port": Out(ReadPort(burst)),
+            "fill": Out(range(depth + 1)),
+            "clear_fill": In(1),
+        })
+
+    def elaborate(self, platform: object) -> Module:
+        m = Module()
+        m.submodules.reader = reader = _PlanePairReader(self.memory_map, self.planes, cuts=self.cuts, burst=self.burst, depth=self.depth)
+        wiring.connect(m, reader.port, wiring.flipped(self.port))
+        m.d.comb += [
+            self.fill.eq(reader.fill), reader.clear_fill.eq(self.clear_fill),
+            self.o.valid.eq(reader.o.valid), reader.o.ready.eq(self.o.ready),
+        ]
+        self._connect(m, reader)
+        return m
+
+    def _connect(self, m: Module, reader: _PlanePairReader) -> None:
+        """Connect what tells ``reader`` to begin, and the fields of its pixels to those of ``o``."""
+        raise NotImplementedError
+
+
+class PairReader(_Reader):
     """The two pictures of a pair, out of their buffers into the matcher.
 
     Golden: :meth:`golden.video.memory_map.MemoryMap.picture` of both.
@@ -163,47 +202,30 @@ class PairReader(wiring.Component):
 
     Members
     -------
-    start : In(1)
-    left_buffer, right_buffer : In(range(memory_map.buffers))
-        Taken with ``start``.
+    control : Out(PairRead(memory_map.buffers))
+        When a pair is read, and from where; the buffers are sampled with ``start``.
     o : Out(stream.Signature(PixelPair()))
-    done : Out(1)
     port : Out(ReadPort(burst))
     fill : Out(range(depth + 1))
         Most words ever in one of the FIFOs since ``clear_fill``.
     clear_fill : In(1)
     """
-    def __init__(self, memory_map: MemoryMap, *, burst=16, depth=64):
-        _check(memory_map, burst, depth)
-        self.memory_map = memory_map
-        self.burst = burst
-        self.depth = depth
-        super().__init__({
-            "start": In(1),
-            "left_buffer": In(range(memory_map.buffers)),
-            "right_buffer": In(range(memory_map.buffers)),
+    def __init__(self, memory_map: MemoryMap, *, burst: int = 16, depth: int = 64):
+        super().__init__(memory_map, (Plane.LEFT, Plane.RIGHT), {
+            "control": Out(PairRead(memory_map.buffers)),
             "o": Out(stream.Signature(PixelPair())),
-            "done": Out(1),
-            "port": Out(ReadPort(burst)),
-            "fill": Out(range(depth + 1)),
-            "clear_fill": In(1),
-        })
+        }, cuts=False, burst=burst, depth=depth)
 
-    def elaborate(self, platform):
-        m = Module()
-        m.submodules.reader = reader = _PlanePairReader(
-            self.memory_map, (Plane.LEFT, Plane.RIGHT), cuts=False, burst=self.burst, depth=self.depth)
-        wiring.connect(m, reader.port, wiring.flipped(self.port))
+    def _connect(self, m: Module, reader: _PlanePairReader) -> None:
+        control = self.control
         m.d.comb += [
-            reader.start.eq(self.start), reader.buffer[0].eq(self.left_buffer), reader.buffer[1].eq(self.right_buffer),
-            self.done.eq(reader.done), self.fill.eq(reader.fill), reader.clear_fill.eq(self.clear_fill),
+            reader.start.eq(control.start), control.done.eq(reader.done),
+            reader.buffer[0].eq(control.left_buffer), reader.buffer[1].eq(control.right_buffer),
             self.o.p.left.eq(reader.o.p.pixels[0]), self.o.p.right.eq(reader.o.p.pixels[1]), *copy_flags(self.o.p, reader.o.p),
-            self.o.valid.eq(reader.o.valid), reader.o.ready.eq(self.o.ready),
         ]
-        return m
 
 
-class PictureReader(wiring.Component):
+class PictureReader(_Reader):
     """The picture that is shown, disparities and grey levels, out of its slot to the monitor.
 
     Golden: :meth:`golden.video.memory_map.MemoryMap.picture` of both planes.
@@ -237,34 +259,20 @@ class PictureReader(wiring.Component):
     port, fill, clear_fill
         As of :class:`PairReader`.
     """
-    def __init__(self, memory_map: MemoryMap, config: MatcherConfig, *, burst=16, depth=512):
-        _check(memory_map, burst, depth)
-        self.memory_map = memory_map
-        self.burst = burst
-        self.depth = depth
-        super().__init__({
+    def __init__(self, memory_map: MemoryMap, config: MatcherConfig, *, burst: int = 16, depth: int = 512):
+        super().__init__(memory_map, (Plane.DISPARITY, Plane.SHOWN_LEFT), {
             "fetch": In(1),
             "shown_buffer": In(range(memory_map.buffers)),
             "shown_valid": In(1),
             "o": Out(stream.Signature(ShownPixel(config))),
-            "port": Out(ReadPort(burst)),
-            "fill": Out(range(depth + 1)),
-            "clear_fill": In(1),
-        })
+        }, cuts=True, burst=burst, depth=depth)
 
-    def elaborate(self, platform):
-        m = Module()
-        m.submodules.reader = reader = _PlanePairReader(
-            self.memory_map, (Plane.DISPARITY, Plane.SHOWN_LEFT), cuts=True, burst=self.burst, depth=self.depth)
-        wiring.connect(m, reader.port, wiring.flipped(self.port))
+    def _connect(self, m: Module, reader: _PlanePairReader) -> None:
         fetched = Signal()
         m.d.sync += fetched.eq(self.fetch)
         m.d.comb += [
             reader.start.eq(fetched & self.shown_valid), reader.stop.eq(fetched & ~self.shown_valid),
             *(buffer.eq(self.shown_buffer) for buffer in reader.buffer),
-            self.fill.eq(reader.fill), reader.clear_fill.eq(self.clear_fill),
             self.o.p.disparity.eq(reader.o.p.pixels[0]), self.o.p.left.eq(reader.o.p.pixels[1]),
             self.o.p.first.eq(reader.o.p.first), self.o.p.last.eq(reader.o.p.last),
-            self.o.valid.eq(reader.o.valid), reader.o.ready.eq(self.o.ready),
         ]
-        return m

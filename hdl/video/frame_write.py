@@ -7,6 +7,7 @@ from amaranth.lib.wiring import In, Out
 from golden.video.memory_map import MemoryMap, Plane
 
 from .arbiter import WritePort
+from .buffers import Writing
 from .dma import LineScan, PixelPacker, WordFifo, line_number
 from .words import WORD_BYTES, CameraWord, PlanePixel
 
@@ -29,11 +30,7 @@ class _PlaneWriter(wiring.Component):
         super().__init__({
             "i": In(stream.Signature(payload)),
             "port": Out(WritePort(burst)),
-            "begin": Out(1),
-            "buffer": In(range(memory_map.buffers)),
-            "accept": In(1),
-            "complete": Out(1),
-            "abandoned": Out(1),
+            "control": Out(Writing(memory_map.buffers)),
             "ragged": Out(1),
             "overflow": Out(1),
             "skipped": Out(16),
@@ -43,7 +40,7 @@ class _PlaneWriter(wiring.Component):
 
     def elaborate(self, platform):
         m = Module()
-        memory_map, word = self.memory_map, self.i.p
+        memory_map, word, control = self.memory_map, self.i.p, self.control
         m.submodules.packer = packer = PixelPacker()
         m.submodules.fifo = fifo = WordFifo(self.depth)
         m.submodules.scan = scan = LineScan(memory_map, burst=self.burst, interlaced=self.interlaced)
@@ -98,14 +95,14 @@ class _PlaneWriter(wiring.Component):
         with m.FSM():
             with m.State("idle"):
                 # Whatever does not begin a frame is what is left of one that was given up.
-                m.d.comb += self.begin.eq(self.i.valid & word.first & ~drop)
+                m.d.comb += control.begin.eq(self.i.valid & word.first & ~drop)
                 m.d.comb += self.i.ready.eq(~word.first | drop)
                 m.d.sync += [x.eq(0), y.eq(0)]
-                with m.If(self.begin):
+                with m.If(control.begin):
                     m.next = "decide"
             with m.State("decide"):
-                m.d.sync += base.eq(line_number(memory_map, self.plane, self.buffer))
-                with m.If(self.accept):
+                m.d.sync += base.eq(line_number(memory_map, self.plane, control.buffer))
+                with m.If(control.accept):
                     m.d.comb += scan.start.eq(1)
                     m.next = "fill"
                 with m.Else():
@@ -130,12 +127,12 @@ class _PlaneWriter(wiring.Component):
             with m.State("finish"):
                 m.d.comb += gathers.eq(1)
                 with m.If(~scan.active):
-                    m.d.comb += self.complete.eq(1)
+                    m.d.comb += control.complete.eq(1)
                     m.next = "idle"
             with m.State("abandon"):
                 # A burst that was asked for is written: its words were promised.
                 with m.If(~asks & ~goes):
-                    m.d.comb += [self.abandoned.eq(1), packer.clear.eq(1), fifo.clear.eq(1)]
+                    m.d.comb += [control.abandoned.eq(1), packer.clear.eq(1), fifo.clear.eq(1)]
                     m.next = "idle"
         return m
 
@@ -145,11 +142,10 @@ class FrameWriter(_PlaneWriter):
 
     Golden: :meth:`golden.video.memory_map.MemoryMap.words`.
 
-    Control: ``begin`` for a cycle as a frame's first pixel waits; in the cycle after, ``accept`` and ``buffer`` say whether it is
-    written, and where. Then ``complete`` for a cycle, when the memory has taken the frame's last word, so that later reads see all of
-    it; or ``abandoned``, after which nothing more of it is written. Frames that are not accepted are counted in ``skipped``. A ``drop``
-    word abandons the frame. So does a pixel whose flags do not fit its place, and ``ragged`` is then high for a cycle: nothing is ever
-    written outside the buffer. Such a frame is ignored up to the next ``first``.
+    Control: ``begin`` is high while a frame's first pixel waits. ``complete`` follows when the memory has accepted the frame's last word,
+    so that later reads see all of it; or ``abandoned``, after which nothing more of it is written. Frames that are not accepted are
+    counted in ``skipped``. A ``drop`` word abandons the frame. So does a pixel whose flags do not fit its place, and ``ragged`` is then
+    high for a cycle: nothing is ever written outside the buffer. Such a frame is ignored up to the next ``first``.
 
     Timing: a pixel a cycle; ``overflow`` is high while a pixel waits because the FIFO is full. What faces a camera must then drop a frame.
     After the last pixel, and after a frame that is abandoned, the next pixel waits until all bursts are written. ``i.ready`` depends
@@ -175,9 +171,9 @@ class FrameWriter(_PlaneWriter):
     -------
     i : In(stream.Signature(CameraWord()))
     port : Out(WritePort(burst))
-    begin, complete, abandoned, ragged, overflow : Out(1)
-    buffer : In(range(memory_map.buffers))
-    accept : In(1)
+    control : Out(Writing(memory_map.buffers))
+        Whether a frame is written, and where.
+    ragged, overflow : Out(1)
     skipped : Out(16)
         Stays at its greatest value.
     fill : Out(range(depth + 1))

@@ -1,12 +1,10 @@
 """The whole system of the thesis (figures 15 to 18): two cameras in, disparities on a monitor."""
 
 from amaranth import *
-from amaranth.hdl import Fragment
 from amaranth.lib import stream, wiring
 from amaranth.lib.wiring import In, Out
 
 from golden.config import Fused, MatcherConfig
-from golden.errors import UserError
 from golden.host.protocol import BAUD, FRAME_SECONDS
 from golden.host.registers import SETUPS, register_map
 from golden.video.bandwidth import Budget, MemoryTiming
@@ -123,9 +121,10 @@ class StereoSystem(wiring.Component):
         frame_clocks = matcher.frame_clocks(camera.width, camera.height)
         # A matcher that is too slow for any number of buffers is the budget's to refuse.
         reading_seconds = frame_clocks / clock_hz
-        buffers = buffers_needed(reading_seconds, camera.frame_seconds) if reading_seconds < camera.frame_seconds else 3
+        buffers = buffers_needed(reading_seconds, camera.frame_seconds, window) if reading_seconds < camera.frame_seconds else 3
         self.memory_map = memory_map = MemoryMap(camera.width, camera.height, buffers)
-        self.budget = budget = Budget(memory_map, camera, display, timing, matcher_clocks=frame_clocks / pixels)
+        self.budget = budget = Budget(memory_map, camera, display, timing, matcher_clocks=frame_clocks / pixels, window=window)
+        budget.check()
         burst = budget.burst
 
         self.depths = {
@@ -148,11 +147,6 @@ class StereoSystem(wiring.Component):
         # The time-out is the same number of bits at every rate.
         self.serial = SerialRegisters(self.registers, clock_hz, baud, frame_seconds=FRAME_SECONDS * BAUD / baud)
         super().__init__(SystemPorts())
-        try:
-            budget.check()
-        except UserError:
-            Fragment.get(self, None)    # Amaranth complains of components that are not used
-            raise
 
     def elaborate(self, platform):
         m = Module()
@@ -188,7 +182,8 @@ class StereoSystem(wiring.Component):
             m.d.comb += [status[f"{side}_{count}"].eq(getattr(camera, count)) for count in ("corrected", "rejected", "dropped", "overflow")]
             m.d.comb += [status[f"{side}_{count}"].eq(getattr(control, f"{side}_{count}")) for count in ("skipped", "unpaired")]
             m.d.comb += status[f"{side}_camera_fill"].eq(writer.fill)
-            self._steer(m, writer, getattr(control, f"{side}_camera"), clear)
+            wiring.connect(m, writer.control, getattr(control, f"{side}_camera"))
+            m.d.comb += writer.clear_fill.eq(clear)
 
         # A pair through the matcher. What the host has set counts from its start on.
         m.submodules.pair_reader = pair_reader = self.pair_reader
@@ -197,12 +192,12 @@ class StereoSystem(wiring.Component):
         wiring.connect(m, pair_reader.port, next(pairs))
         wiring.connect(m, pair_reader.o, fork.i)
         wiring.connect(m, fork.matcher, matcher.i)
-        reader = control.reader
+        wiring.connect(m, pair_reader.control, control.reader)
+        start = control.reader.start
         m.d.comb += [
-            pair_reader.start.eq(reader.start), pair_reader.left_buffer.eq(reader.left_buffer),
-            pair_reader.right_buffer.eq(reader.right_buffer), reader.done.eq(pair_reader.done), pair_reader.clear_fill.eq(clear),
+            pair_reader.clear_fill.eq(clear),
             *(getattr(matcher, name).eq(params[name]) for name in self.config.settings),
-            matcher.apply_settings.eq(reader.start), matcher.clear.eq(clear), control.hold.eq(params.hold), control.clear.eq(clear),
+            matcher.apply_settings.eq(start), matcher.clear.eq(clear), control.hold.eq(params.hold), control.clear.eq(clear),
         ]
 
         # Disparities and the left picture back into the frame store.
@@ -212,7 +207,7 @@ class StereoSystem(wiring.Component):
         if isinstance(self.config.method, Fused):
             m.submodules.shown_label = shown_label = ShownLabel(self.config)
             m.d.comb += [
-                shown_label.minimum.eq(params.minimum), shown_label.start.eq(reader.start),
+                shown_label.minimum.eq(params.minimum), shown_label.start.eq(start),
                 shown_label.i.eq(matcher.o.p), shown_label.step.eq(matcher.o.valid & matcher.o.ready),
                 disparity_writer.i.p.value.eq(shown_label.label),
             ]
@@ -224,7 +219,8 @@ class StereoSystem(wiring.Component):
         ]
         for writer, plane in ((disparity_writer, control.disparity_plane), (left_writer, control.left_plane)):
             wiring.connect(m, writer.port, next(ports))
-            self._steer(m, writer, plane, clear)
+            wiring.connect(m, writer.control, plane)
+            m.d.comb += writer.clear_fill.eq(clear)
 
         # The frame store to the monitor.
         m.submodules.picture_reader = picture_reader = self.picture_reader
@@ -268,11 +264,3 @@ class StereoSystem(wiring.Component):
             status.left_signal, status.right_signal, status.left_locked, status.right_locked, status.memory_ready, status.pairs[0],
             Cat(setup.failed for setup in self.setups.values()).any(), Cat(lost).any()))
         return m
-
-    @staticmethod
-    def _steer(m, writer, control, clear):
-        """Connect a writer to its side of the control."""
-        m.d.comb += [
-            control.begin.eq(writer.begin), control.complete.eq(writer.complete), control.abandoned.eq(writer.abandoned),
-            writer.buffer.eq(control.buffer), writer.accept.eq(control.accept), writer.clear_fill.eq(clear),
-        ]

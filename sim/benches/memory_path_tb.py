@@ -39,10 +39,10 @@ async def until(dut, name, member):
 
 async def write(dut, name, layout, words, buffer, seed, stall):
     """A picture into a buffer, until the memory has it."""
-    getattr(dut, f"{name}__buffer").value = buffer
-    getattr(dut, f"{name}__accept").value = 1
+    getattr(dut, f"{name}__control__buffer").value = buffer
+    getattr(dut, f"{name}__control__accept").value = 1
     sender = cocotb.start_soon(source(dut, f"{name}__i", [pack(layout, word) for word in words], rng=random.Random(seed), stall=stall))
-    await until(dut, name, "complete")
+    await until(dut, name, "control__complete")
     await sender
 
 
@@ -83,10 +83,10 @@ async def pictures_there_and_back(dut, stall):
                       cocotb.start_soon(write(dut, "right", CameraWord(), camera_words(right), turn % 2, turn + 50, stall))]
         pair = shown = None
         if 0 <= (number := turn - 1) < FRAMES:
-            dut.pair__left_buffer.value = dut.pair__right_buffer.value = number % 2
-            await pulse(dut, "pair__start")
+            dut.pair__control__left_buffer.value = dut.pair__control__right_buffer.value = number % 2
+            await pulse(dut, "pair__control__start")
             pair = cocotb.start_soon(read(dut, "pair", PixelPair(), pixels, stall))
-            done = cocotb.start_soon(until(dut, "pair", "done"))
+            done = cocotb.start_soon(until(dut, "pair", "control__done"))
             disparity, left = results[number]
             tasks += [done, cocotb.start_soon(write(dut, "disparity", PlanePixel(), plane_words(disparity), number % 2, turn + 20, stall)),
                       cocotb.start_soon(write(dut, "shown_left", PlanePixel(), plane_words(left), number % 2, turn + 30, stall))]

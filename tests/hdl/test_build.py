@@ -18,6 +18,7 @@ from golden.video.formats import DISPLAYS
 from hdl.build import main
 from hdl.matcher.matcher import Matcher
 from sim.models.board_core import BoardCore
+from tests.kit import refused_components
 
 
 ROOT = Path(__file__).parents[2]
@@ -136,7 +137,8 @@ def test_manifest_tells_where_the_fields_of_a_payload_are(folders):
 ])
 def test_what_the_memory_cannot_serve_is_refused(clock_mhz, told, tmp_path, capsys, monkeypatch):
     monkeypatch.setattr(board, "BOARD", replace(BOARD_AS_IT_IS, memory_clock_mhz=clock_mhz))
-    assert main(["--board", "cyclone3", "--engine", "sequential", *FEW, "--output", str(tmp_path / "out")]) == 2
+    with refused_components():
+        assert main(["--board", "cyclone3", "--engine", "sequential", *FEW, "--output", str(tmp_path / "out")]) == 2
     assert re.fullmatch(rf"hdl\.build: .*{told}.*\n", capsys.readouterr().err)
     assert list(tmp_path.iterdir()) == []
 

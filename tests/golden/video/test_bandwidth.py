@@ -36,8 +36,9 @@ def test_demands_by_hand():
     assert budget.used == pytest.approx(2 * 703_125 + 4 * 1_728_000 + 2 * 2_812_500)
     assert budget.demands[0].bytes_per_second == 11_250_000
     budget.check()
-    # Three buffers: a whole frame's time.
-    assert Budget(memory_map=MemoryMap(buffers=3)).reading_seconds == pytest.approx(0.040)
+    # Two buffers: a frame's time less the window. Three: a whole frame's time.
+    assert Budget(window=0.7).reading_seconds == pytest.approx(0.3 * 0.040)
+    assert Budget(memory_map=MemoryMap(buffers=3), window=0.7).reading_seconds == pytest.approx(0.040)
     # 1344 pixels of 65 MHz a line.
     assert Budget(display=DISPLAYS["1024x768"]).demands[-1].words_per_second == pytest.approx(2 * 45 * 65e6 / 1344)
 

@@ -2,7 +2,8 @@
 
 import pytest
 
-from golden.video.pairing import WINDOW, Pair, Pairing, buffers_needed
+from golden.video.bandwidth import Budget
+from golden.video.pairing import WINDOW, Pair, Pairing, buffers_needed, check_window
 
 
 def play(control, events, until):
@@ -226,6 +227,17 @@ def test_life_by_default():
 def test_buffers_needed(read, buffers):
     assert buffers_needed(read, 0.04) == buffers
     assert (read <= (1 - WINDOW) * 0.04) == (buffers == 2)
+
+
+def test_buffers_needed_with_another_window():
+    assert [buffers_needed(0.010, 0.04, window) for window in (0.5, 0.75, 0.76)] == [2, 2, 3]
+
+
+@pytest.mark.parametrize("window", [0, -0.5, 1, 2.5])
+def test_bad_window(window):
+    for use in (check_window, lambda window: buffers_needed(0.01, 0.04, window), lambda window: Budget(window=window)):
+        with pytest.raises(ValueError, match=f"^the window of a pair must be above 0 and below 1 frame, not {window}$"):
+            use(window)
 
 
 @pytest.mark.parametrize("read", [0.0, -1.0, 0.04, 1.0])

@@ -10,7 +10,7 @@ import pytest
 from amaranth import *
 from amaranth.sim import Simulator
 
-from golden.video.buffers import Camera, Pictures, Plane
+from golden.video.buffers import Camera, Pictures, PlaneState
 from hdl.video.buffers import CameraBuffers, PictureSlots
 
 
@@ -206,7 +206,7 @@ class PicturesModel:
         if pictures.shown is not None:
             values["display.shown_buffer"] = pictures.shown
         for plane, state in zip(self.PLANES, pictures.planes):
-            accept = pictures.writing is not None and state is Plane.FILLING
+            accept = pictures.writing is not None and state is PlaneState.FILLING
             values[f"{plane}.accept"] = accept
             if accept:
                 values[f"{plane}.buffer"] = pictures.writing

@@ -68,13 +68,13 @@ def test_pairs(width, height, burst, size, depth, stall):
 
     async def control(ctx):
         for number, (left, right) in enumerate(PAIRS):
-            ctx.set(dut.start, 1)
-            ctx.set(dut.left_buffer, left)
-            ctx.set(dut.right_buffer, right)
+            ctx.set(dut.control.start, 1)
+            ctx.set(dut.control.left_buffer, left)
+            ctx.set(dut.control.right_buffer, right)
             await ctx.tick()
-            ctx.set(dut.start, 0)
+            ctx.set(dut.control.start, 0)
             for _ in range(10_000):
-                *_, done = await ctx.tick().sample(dut.done)
+                *_, done = await ctx.tick().sample(dut.control.done)
                 if done:
                     break
             # Every word of both has come, none of the next.
@@ -82,7 +82,7 @@ def test_pairs(width, height, burst, size, depth, stall):
             assert memory.words_read == 2 * (number + 1) * height * memory_map.line_words
             assert not memory._on_their_way
         for _ in range(200):
-            *_, done = await ctx.tick().sample(dut.done)
+            *_, done = await ctx.tick().sample(dut.control.done)
             assert not done
         assert ctx.get(dut.fill) <= depth
 
@@ -105,12 +105,12 @@ def test_done_does_not_wait_for_the_pixels():
 
     async def control(ctx):
         for buffer in (0, 1):
-            ctx.set(dut.start, 1)
-            ctx.set(dut.left_buffer, buffer)
-            ctx.set(dut.right_buffer, buffer)
+            ctx.set(dut.control.start, 1)
+            ctx.set(dut.control.left_buffer, buffer)
+            ctx.set(dut.control.right_buffer, buffer)
             await ctx.tick()
-            ctx.set(dut.start, 0)
-            ctx.set(dut.left_buffer, 1 - buffer)
+            ctx.set(dut.control.start, 0)
+            ctx.set(dut.control.left_buffer, 1 - buffer)
             await ctx.tick().repeat(400)
             counts.append(memory.words_read)
         assert ctx.get(dut.fill) == 6
@@ -133,9 +133,9 @@ def test_a_pixel_a_cycle(latency):
     dut = PairReader(memory_map, burst=4, depth=depth)
 
     async def control(ctx):
-        ctx.set(dut.start, 1)
+        ctx.set(dut.control.start, 1)
         await ctx.tick()
-        ctx.set(dut.start, 0)
+        ctx.set(dut.control.start, 0)
         await receive(ctx, dut.o, 64 * 6, rng=np.random.default_rng(1))
         assert depth - 4 < ctx.get(dut.fill) <= depth
 
@@ -151,9 +151,9 @@ def test_fill():
     dut = PairReader(memory_map, burst=4, depth=8)
 
     async def control(ctx):
-        ctx.set(dut.start, 1)
+        ctx.set(dut.control.start, 1)
         await ctx.tick()
-        ctx.set(dut.start, 0)
+        ctx.set(dut.control.start, 0)
         while not ctx.get(dut.fill):
             await ctx.tick()
         assert memory.words_read - len(memory._on_their_way) <= 4

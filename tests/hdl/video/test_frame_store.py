@@ -46,8 +46,8 @@ def test_everything_at_once(width, height, burst, size, depth, stall):
 
     async def accept(ctx):
         for name in complete:
-            ctx.set(getattr(dut, name).accept, 1)
-        async for *_, left, right, disparity, shown_left in ctx.tick().sample(*[getattr(dut, name).complete for name in complete]):
+            ctx.set(getattr(dut, name).control.accept, 1)
+        async for *_, left, right, disparity, shown_left in ctx.tick().sample(*[getattr(dut, name).control.complete for name in complete]):
             for name, pulse in zip(complete, (left, right, disparity, shown_left)):
                 complete[name] += pulse
 
@@ -57,20 +57,20 @@ def test_everything_at_once(width, height, burst, size, depth, stall):
         async def testbench(ctx):
             for number in range(frames):
                 await until(ctx, lambda: count["read"] >= number - 1 and complete[name] == number)
-                ctx.set(block.buffer, number % 2)
+                ctx.set(block.control.buffer, number % 2)
                 await send(ctx, block.i, camera_words(pictures[number][side]), rng=rng, stall=stall)
         return testbench
 
     async def start(ctx):
         for number in range(frames):
             await until(ctx, lambda: min(complete["left"], complete["right"]) > number and count["shown"] >= number - 1)
-            ctx.set(dut.pair.left_buffer, number % 2)
-            ctx.set(dut.pair.right_buffer, number % 2)
-            ctx.set(dut.pair.start, 1)
+            ctx.set(dut.pair.control.left_buffer, number % 2)
+            ctx.set(dut.pair.control.right_buffer, number % 2)
+            ctx.set(dut.pair.control.start, 1)
             await ctx.tick()
-            ctx.set(dut.pair.start, 0)
+            ctx.set(dut.pair.control.start, 0)
             for _ in range(TIMEOUT):
-                *_, done = await ctx.tick().sample(dut.pair.done)
+                *_, done = await ctx.tick().sample(dut.pair.control.done)
                 if done:
                     break
             count["read"] += 1
@@ -84,7 +84,7 @@ def test_everything_at_once(width, height, burst, size, depth, stall):
         async def testbench(ctx):
             for number in range(frames):
                 await until(ctx, lambda: len(pairs) > number * width * height and complete[name] == number)
-                ctx.set(block.buffer, number % 2)
+                ctx.set(block.control.buffer, number % 2)
                 for at, word in enumerate(plane_words(values(number))):
                     await until(ctx, lambda: len(pairs) > number * width * height + at)
                     await send(ctx, block.i, [word], rng=rng, stall=stall)

@@ -19,7 +19,7 @@ from sim.models.ddr2 import Ddr2Timing, LocalMemory, serve
 
 
 HOSTILE = Ddr2Timing(busy=0.5, refresh=(150, 30))
-PULSES = ("begin", "complete", "abandoned", "ragged")
+PULSES = ("begin", "complete", "abandoned")
 
 
 class Run:
@@ -46,18 +46,18 @@ class Run:
             turn = iter(choices)
             buffer = None
             async for *_, overflow, waits, begin, complete, abandoned, ragged in ctx.tick().sample(
-                    dut.overflow, dut.i.valid & ~dut.i.ready, *[getattr(dut, name) for name in PULSES]):
+                    dut.overflow, dut.i.valid & ~dut.i.ready, *[getattr(dut.control, name) for name in PULSES], dut.ragged):
                 assert waits or not overflow
                 self.overflows += overflow
-                for name, pulse in zip(PULSES, (begin, complete, abandoned, ragged)):
+                for name, pulse in zip((*PULSES, "ragged"), (begin, complete, abandoned, ragged)):
                     if pulse:
                         if name == "begin":
                             buffer, accept = next(turn)
                         self.events.append((name, buffer))
                         if name == "complete":
                             self.pictures.append(memory.picture(memory_map, dut.plane, buffer))
-                ctx.set(dut.buffer, buffer if begin else int(rng.integers(memory_map.buffers)))
-                ctx.set(dut.accept, accept if begin else int(rng.integers(2)))
+                ctx.set(dut.control.buffer, buffer if begin else int(rng.integers(memory_map.buffers)))
+                ctx.set(dut.control.accept, accept if begin else int(rng.integers(2)))
 
         async def source(ctx):
             for name, value in inputs:

@@ -7,6 +7,7 @@ import pytest
 from amaranth import *
 from amaranth.sim import Simulator
 
+from golden.video.buffers import PlaneState
 from golden.video.pairing import CAMERAS, PLANES, Pairing
 from hdl.video.pairing import BufferControl
 
@@ -51,7 +52,7 @@ class Reference:
         for camera in rule.cameras:
             values += [camera.filling is not None, camera.filling]
         for plane in pictures.planes:
-            accept = pictures.writing is not None and plane.value == "filling"
+            accept = pictures.writing is not None and plane is PlaneState.FILLING
             values += [accept, pictures.writing if accept else None]
         values += [min(count - cleared, 2**16 - 1) for count, cleared in zip(self.shown, self.cleared)]
         return values

@@ -14,6 +14,7 @@ from golden.video.bandwidth import MemoryTiming
 from golden.video.formats import DISPLAYS, PAL
 from hdl.video.system import PairFork, StereoSystem
 from sim.kit.streams import check_rules, receive, send
+from tests.kit import refused_components
 
 
 DISPLAY = DISPLAYS["720x576"]
@@ -69,11 +70,26 @@ def test_sizes_follow_from_the_parameters():
     assert (quick.setup_hz, quick.setups["decoder"].clock_hz) == (500_000, 500_000)
 
 
+def test_window_reaches_all_that_depends_on_it():
+    """The control, the number of buffers, and the time that the budget gives the matcher."""
+    frame = PAL.frame_seconds
+    wide = system(STREAMING, DISPLAY, window=0.75)
+    assert wide.control.window_clocks == 0.75 * 75_000_000 / 25
+    assert (wide.memory_map.buffers, wide.budget.window, wide.budget.reading_seconds) == (2, 0.75, 0.25 * frame)
+    # The matcher takes 0.14 of a frame: with a wider window three buffers are needed, and it then has a whole one.
+    wider = system(STREAMING, DISPLAY, window=0.9)
+    assert 0.1 * frame < wider.budget.matcher_seconds < 0.25 * frame
+    assert (wider.memory_map.buffers, wider.control.buffers, wider.budget.reading_seconds) == (3, 3, frame)
+    for window in (0, 1):
+        with refused_components(), pytest.raises(ValueError, match=f"window of a pair must be above 0 and below 1 frame, not {window}"):
+            StereoSystem(STREAMING, DISPLAY, window=window)
+
+
 def test_what_cannot_be():
     with pytest.raises(ValueError, match="lines of 640 pixels, and the cameras send 720: choose the same width"):
         StereoSystem(dataclasses.replace(STREAMING, max_width=640), DISPLAY)
     # Too slow for double buffers, but not for triple ones; too slow for any number of them.
     budget = system(SEQUENTIAL, DISPLAY, timing=MemoryTiming(clock_hz=60_000_000)).budget
     assert 3 / 8 * PAL.frame_seconds < budget.matcher_seconds < PAL.frame_seconds
-    with pytest.raises(UserError, match=r"with 3 buffers it has 40\.0 ms: choose"):
+    with refused_components(), pytest.raises(UserError, match=r"with 3 buffers it has 40\.0 ms: choose"):
         StereoSystem(SEQUENTIAL, DISPLAY, timing=MemoryTiming(clock_hz=50_000_000))
