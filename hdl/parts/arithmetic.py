@@ -1,4 +1,4 @@
-"""Arithmetic shaped for tables of four inputs and carry chains: sums, products, the choice by an index."""
+"""Arithmetic shaped for four-input tables and carry chains: sums, products, maximum, selection by an index."""
 
 from collections.abc import Sequence
 
@@ -6,11 +6,11 @@ from amaranth import *
 from amaranth.hdl import ValueLike
 
 
-__all__ = ["add_with_carry", "choose", "multiply"]
+__all__ = ["add_with_carry", "choose", "maximum", "multiply"]
 
 
 def add_with_carry(a: Value, b: Value, carry: Value) -> Value:
-    """``a + b + carry`` in one carry chain: the bit below the lowest makes the carry.
+    """``a + b + carry`` in one carry chain: an extra bit below the lowest one generates the carry.
 
     All are unsigned; the sum is exact: one bit more than the wider of ``a`` and ``b`` holds it. Combinational.
     """
@@ -18,13 +18,18 @@ def add_with_carry(a: Value, b: Value, carry: Value) -> Value:
 
 
 def choose(values: Sequence[ValueLike], index: Value) -> ValueLike:
-    """``values[index]`` as a tree of two-input choices, the lowest bit of the index first; combinational.
+    """``values[index]`` as a tree of two-input multiplexers, the lowest bit of the index first; combinational.
 
-    ``index`` must be below ``len(values)``: of a greater one the result is any of the values.
+    ``index`` must be below ``len(values)``; for a greater one the result is one of the values, undefined which.
     """
     for bit in index:
         values = [Mux(bit, values[n + 1], values[n]) if n + 1 < len(values) else values[n] for n in range(0, len(values), 2)]
     return values[0]
+
+
+def maximum(a: Value, b: Value) -> Value:
+    """The greater of two values; combinational."""
+    return Mux(a > b, a, b)
 
 
 def multiply(m: Module, name: str, a: Value, b: Value) -> tuple[Signal, int]:
@@ -36,7 +41,7 @@ def multiply(m: Module, name: str, a: Value, b: Value) -> tuple[Signal, int]:
     name : str
         Prefix of the signals.
     a, b : Value
-        Factors; ``b`` gives one row a bit.
+        Factors; each bit of ``b`` is a row of the addition.
 
     Returns
     -------

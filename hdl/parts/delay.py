@@ -1,6 +1,7 @@
 """Registers and memories that delay: fixed delays, a stream's register, an output's register."""
 
 from amaranth import *
+from amaranth.hdl import ShapeLike
 from amaranth.lib import stream, wiring
 from amaranth.lib.memory import Memory
 from amaranth.lib.wiring import In, Out
@@ -9,17 +10,17 @@ from amaranth.lib.wiring import In, Out
 __all__ = ["NO_COLLISION", "Delay", "StreamRegister", "data_register"]
 
 
-#: Attributes of a memory that is never read where it is written in the same cycle. A synthesiser that does not know it builds a way around
-#: the memory, twice as many registers as a word has bits, for devices whose blocks do not give the old word then.
+#: Attributes of a memory that is never read where it is written in the same cycle. A synthesiser that is not told adds a bypass, twice as
+#: many registers as a word has bits, for devices whose memory blocks do not return the old word then.
 NO_COLLISION = {"no_rw_check": 1}
 
 
 class Delay(wiring.Component):
-    """Gives every word back ``clocks`` cycles later.
+    """Delays every word by ``clocks`` cycles.
 
-    Timing: one word a cycle, always. Short delays are flip-flops; longer ones are a memory, read a place ahead of where it is written, and
-    a register behind it: a memory block is slow to give its word. What comes out before the first word is undefined, or zero with
-    ``clean``: control bits need that.
+    Timing: one word a cycle, always. Short delays are flip-flops. Longer ones are a memory, read one word ahead of where it is written,
+    and a register behind it, because a memory block's read access is slow. Before the first word ``o`` is undefined, or zero with
+    ``clean``, which control bits need.
 
     Memory: ``clocks - 1`` words where the delay is longer than :attr:`LONGEST_IN_REGISTERS` cycles.
 
@@ -30,7 +31,7 @@ class Delay(wiring.Component):
     clocks : int
         Cycles, from 0.
     clean : bool
-        Zeros until the first word after reset comes out.
+        ``o`` is zero after reset until the first word.
 
     Members
     -------
@@ -39,7 +40,7 @@ class Delay(wiring.Component):
     """
     LONGEST_IN_REGISTERS = 4
 
-    def __init__(self, shape, clocks, *, clean=False):
+    def __init__(self, shape: ShapeLike, clocks: int, *, clean: bool = False):
         if clocks < 0:
             raise ValueError(f"a delay must be at least 0 cycles, not {clocks!r}")
         self.shape = shape
@@ -47,7 +48,7 @@ class Delay(wiring.Component):
         self.clean = clean
         super().__init__({"i": In(shape), "o": Out(shape)})
 
-    def elaborate(self, platform):
+    def elaborate(self, platform: object) -> Module:
         m = Module()
         if self.clocks <= self.LONGEST_IN_REGISTERS:
             word = self.i
@@ -62,27 +63,27 @@ class Delay(wiring.Component):
         m.submodules.memory = memory = Memory(shape=self.shape, depth=depth, init=[], attrs=NO_COLLISION)
         read_port = memory.read_port()
         write_port = memory.write_port()
-        place   = Signal(range(depth))
-        written = Signal(range(depth), init=depth - 1)  # the place before
-        around  = Signal()  # what was read in the cycle before had been written
-        m.d.sync += [place.eq(place + 1), written.eq(place)]
-        with m.If(place == depth - 1):
-            m.d.sync += [place.eq(0), around.eq(1)]
+        read_index  = Signal(range(depth))
+        write_index = Signal(range(depth), init=depth - 1)  # one behind `read_index`
+        wrapped     = Signal()  # the word read in the cycle before had been written since reset
+        m.d.sync += [read_index.eq(read_index + 1), write_index.eq(read_index)]
+        with m.If(read_index == depth - 1):
+            m.d.sync += [read_index.eq(0), wrapped.eq(1)]
         m.d.comb += [
-            read_port.addr.eq(place), read_port.en.eq(1),
-            write_port.addr.eq(written), write_port.data.eq(self.i), write_port.en.eq(1),
+            read_port.addr.eq(read_index), read_port.en.eq(1),
+            write_port.addr.eq(write_index), write_port.data.eq(self.i), write_port.en.eq(1),
         ]
         later = Signal(self.shape, reset_less=not self.clean)
         m.d.sync += later.eq(read_port.data)
         if self.clean:
-            with m.If(~around):
+            with m.If(~wrapped):
                 m.d.sync += later.eq(0)
         m.d.comb += self.o.eq(later)
         return m
 
 
 class StreamRegister(wiring.Component):
-    """A word of a stream in registers: behind a memory, which is slow to give its word.
+    """Pipeline register of a stream; behind a memory it takes the read access out of the path that follows.
 
     Timing: latency 1 cycle, a word a cycle; ``i.ready`` depends combinationally on ``o.ready``.
 
@@ -93,10 +94,10 @@ class StreamRegister(wiring.Component):
     """
     LATENCY = 1
 
-    def __init__(self, shape):
+    def __init__(self, shape: ShapeLike):
         super().__init__({"i": In(stream.Signature(shape)), "o": Out(stream.Signature(shape))})
 
-    def elaborate(self, platform):
+    def elaborate(self, platform: object) -> Module:
         m = Module()
         payload = data_register(m, self.o.payload)
         m.d.comb += self.i.ready.eq(self.o.ready | ~self.o.valid)
@@ -105,11 +106,11 @@ class StreamRegister(wiring.Component):
         return m
 
 
-def data_register(m, port, name=None):
-    """A register without reset that drives an output; what it holds is data, and something beside it tells whether it is valid.
+def data_register(m: Module, port: Value, name: str | None = None) -> Signal:
+    """A register without reset that drives an output. It holds data; another signal must tell when they are valid.
 
-    The register that an output itself would be has a reset, as all members of an interface. Thousands of them make the reset the net of
-    the most pins, for nothing.
+    An output that is assigned in a clock domain itself has a reset, as all members of an interface. Thousands of these would make the
+    reset the net with the largest fan-out, for nothing.
 
     Parameters
     ----------
@@ -122,7 +123,7 @@ def data_register(m, port, name=None):
     Returns
     -------
     Signal
-        As wide, to be assigned in a clock domain.
+        As wide as ``port``, to be assigned in a clock domain.
     """
     register = Signal.like(port, name=name or f"{Value.cast(port).name}_data", reset_less=True)
     m.d.comb += port.eq(register)

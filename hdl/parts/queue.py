@@ -1,4 +1,4 @@
-"""FIFOs as streams: a word in, the same words out, in order."""
+"""FIFOs as streams, within a clock domain and between two."""
 
 from amaranth import *
 from amaranth.hdl import ShapeLike
@@ -13,11 +13,11 @@ __all__ = ["AsyncQueue", "Queue"]
 class Queue(wiring.Component):
     """FIFO within one clock domain.
 
-    Golden: the words that were accepted, in order. Nothing is lost or repeated; ``o.payload`` holds until it is taken. A reset empties
+    Golden: the words that were accepted, in order. Nothing is lost or repeated; ``o.payload`` holds until it is accepted. A reset empties
     the queue: to empty it at any time, wrap it in ``ResetInserter``.
 
-    Timing: latency 2 cycles, 1 with a depth of 1. Rate one word a cycle from a depth of 3 on, a word every second cycle below. No path
-    leads from an input to an output combinationally: ``i.ready`` depends on how full the queue is, not on ``o.ready``.
+    Timing: latency 2 cycles, 1 with a depth of 1. Rate one word a cycle from a depth of 3 on, a word every second cycle below. There is no
+    combinational path from an input to an output: ``i.ready`` depends on the level, not on ``o.ready``.
 
     Memory: ``depth - 1`` words in block RAM, read synchronously, and one word in its output register. A depth of 1 is a register.
 
@@ -26,15 +26,15 @@ class Queue(wiring.Component):
     shape : shape-like
         Payload of both streams.
     depth : int
-        Words that are accepted while ``o`` stalls, from 1 on. All of them only once the first has reached the output register, in the
-        cycle after it was accepted: until then the queue is full with one less.
+        Words that the queue holds, at least 1. ``i.ready`` is high while ``level`` is below ``depth``; with a depth of 2 it is low in the
+        cycle after a word enters the empty queue too.
 
     Members
     -------
     i : In(stream.Signature(shape))
     o : Out(stream.Signature(shape))
     level : Out(range(depth + 1))
-        Words accepted and not yet taken; a word counts from the cycle after it was accepted.
+        Words in the queue; a word counts from the cycle after ``i`` accepted it to the one in which ``o`` is accepted.
     """
     def __init__(self, shape: ShapeLike, depth: int):
         if depth < 1:
@@ -61,8 +61,8 @@ class AsyncQueue(wiring.Component):
     a reset of ``o_domain`` alone loses the word in the output register at most.
 
     Timing: a word is offered 2 to 3 cycles of ``o_domain`` after it was accepted, a cycle later if ``buffered``. Rate one word a cycle of
-    the slower clock. Synchronisers take the pointers across in Gray code: their bits must not be apart by a period of the faster clock,
-    all other paths between the domains are false ones.
+    the slower clock. The pointers cross in Gray code: the skew between their bits must be below a period of the faster clock. All other
+    paths between the domains are false paths.
 
     Memory: ``depth`` words in block RAM, read synchronously, and one word in an output register if ``buffered``.
 
@@ -71,11 +71,12 @@ class AsyncQueue(wiring.Component):
     shape : shape-like
         Payload of both streams.
     depth : int
-        Words of the memory, a power of two, at least 8: with fewer the pointers' way across would cost rate.
+        Words of the memory, a power of two, at least 8: with fewer the latency of the pointers' crossing would cost rate.
     i_domain, o_domain : str
         Clock domains of ``i`` and of all other members.
     buffered : bool
-        With an output register, for a memory that is slow to give its word; ``emptied`` then waits for ``o`` to be taken.
+        Adds an output register, which takes the memory's read access out of the path that follows; ``emptied`` then waits while ``o``
+        stalls.
 
     Members
     -------
@@ -84,9 +85,9 @@ class AsyncQueue(wiring.Component):
     o : Out(stream.Signature(shape))
         In ``o_domain``.
     level : Out(range(depth + 1)), with one more if ``buffered``
-        Words that ``o_domain`` knows to be in the queue; if ``buffered``, those of the cycle before.
+        Words in the queue as ``o_domain`` sees them; if ``buffered``, a cycle late.
     emptied : Out(1)
-        A reset of ``i_domain`` has emptied the queue; for at least a cycle.
+        A reset of ``i_domain`` has emptied the queue; high for at least a cycle.
     """
     def __init__(self, shape: ShapeLike, depth: int, *, i_domain: str = "sync", o_domain: str = "sync", buffered: bool = True):
         if depth < 8 or depth & (depth - 1):

@@ -1,9 +1,10 @@
 """Networks of compare-exchange elements: sorting, merging and selection by rank, pruned to what reaches an output."""
 
+from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
 from amaranth import *
-from amaranth.hdl import Mux
+from amaranth.hdl import ShapeLike
 from amaranth.lib import data, wiring
 from amaranth.lib.wiring import In, Out
 
@@ -12,14 +13,14 @@ __all__ = ["Exchange", "Selection", "levels", "merge", "prune", "select", "sort"
 
 
 class Exchange(NamedTuple):
-    """A compare-exchange element: puts the smaller value on the wire ``low``, the greater on ``high``; what is not ``kept`` has no use."""
+    """A compare-exchange element: the smaller value leaves on the wire ``low``, the greater on ``high``; one that is not kept is unused."""
     low: int
     high: int
     keeps_low: bool = True
     keeps_high: bool = True
 
 
-def merge(a, b):
+def merge(a: Sequence[int], b: Sequence[int]) -> tuple[list[Exchange], list[int]]:
     """Batcher's odd-even merge of two lists of wires whose values are sorted.
 
     Returns
@@ -48,7 +49,7 @@ def merge(a, b):
     return exchanges, order + between[shared:] + ranks[shared:]
 
 
-def sort(wires):
+def sort(wires: Sequence[int]) -> tuple[list[Exchange], list[int]]:
     """Sorts by merging halves; returns as :func:`merge`."""
     if len(wires) < 2:
         return [], list(wires)
@@ -58,7 +59,7 @@ def sort(wires):
     return first + second + merged, order
 
 
-def select(a, b, rank):
+def select(a: Sequence[int], b: Sequence[int], rank: int) -> tuple[list[Exchange], int]:
     """Selects from two lists of wires whose values are sorted the ``rank``-th smallest value of both, from 1.
 
     The smaller of ``a[i]`` and ``b[rank - 1 - i]``, for all ``i``, are the ``rank`` smallest values; the greatest of them is sought.
@@ -68,11 +69,12 @@ def select(a, b, rank):
     exchanges : list of Exchange
     wire : int
     """
-    exchanges, left = [], []
+    exchanges: list[Exchange] = []
+    left: list[int] = []
     for i in range(rank):
         pair = [side[place] for side, place in ((a, i), (b, rank - 1 - i)) if place < len(side)]
         if len(pair) == 2:
-            exchanges.append(Exchange(*pair))
+            exchanges.append(Exchange(pair[0], pair[1]))
         left += pair[:1]
     while len(left) > 1:
         pairs = list(zip(left[::2], left[1::2]))
@@ -81,8 +83,8 @@ def select(a, b, rank):
     return exchanges, left[0]
 
 
-def prune(exchanges, outputs):
-    """The exchanges from which a way leads to one of the wires ``outputs`` at the end, and which halves of them."""
+def prune(exchanges: Sequence[Exchange], outputs: Iterable[int]) -> list[Exchange]:
+    """The exchanges that reach one of the wires ``outputs`` at the end, and which of their two wires do."""
     needed = set(outputs)
     kept = []
     for low, high, *_ in reversed(exchanges):
@@ -92,8 +94,8 @@ def prune(exchanges, outputs):
     return kept[::-1]
 
 
-def levels(exchanges):
-    """The exchanges by levels: each as early as its wires allow, no two of a level on one wire."""
+def levels(exchanges: Sequence[Exchange]) -> list[list[Exchange]]:
+    """The exchanges by levels: each as early as its wires allow, no two of a level on the same wire."""
     depth: dict[int, int] = {}
     result: list[list[Exchange]] = []
     for exchange in exchanges:
@@ -108,39 +110,39 @@ def levels(exchanges):
 class Selection(wiring.Component):
     """A network of compare-exchange elements, pruned to its outputs, with registers behind every level.
 
-    Golden: :func:`sorted`, of which the outputs are places.
+    Golden: :func:`sorted`; each output is the value of one rank.
 
-    Timing: latency :attr:`latency` cycles, one set of values a cycle; it never stops.
+    Timing: latency :attr:`latency` cycles, one set of values a cycle; it cannot be stalled.
 
     Parameters
     ----------
     shape : shape-like
-        Of a value.
+        Shape of a value.
     wires : int
-        Number of values in.
+        Number of inputs.
     exchanges : list of Exchange
     outputs : list of int
-        Wires that leave, in that order.
+        Wires that are outputs, in this order.
 
     Members
     -------
     i : In(data.ArrayLayout(shape, wires))
     o : Out(data.ArrayLayout(shape, len(outputs)))
     """
-    def __init__(self, shape, wires, exchanges, outputs):
+    def __init__(self, shape: ShapeLike, wires: int, exchanges: Sequence[Exchange], outputs: Sequence[int]):
         self.shape = shape
         self.levels = levels(prune(exchanges, outputs))
         self.outputs = outputs
         super().__init__({"i": In(data.ArrayLayout(shape, wires)), "o": Out(data.ArrayLayout(shape, len(outputs)))})
 
     @property
-    def latency(self):
+    def latency(self) -> int:
         """Cycles, one a level."""
         return len(self.levels)
 
-    def elaborate(self, platform):
+    def elaborate(self, platform: object) -> Module:
         m = Module()
-        # Wires that are alive behind each level.
+        # Wires that a later level or an output still needs.
         alive = [set(self.outputs)]
         for level in reversed(self.levels):
             alive.insert(0, alive[0] | {wire for exchange in level for wire in exchange[:2]})

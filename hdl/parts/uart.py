@@ -1,4 +1,4 @@
-"""Serial line: receiver and transmitter of bytes, eight data bits, no parity, one stop bit."""
+"""UART: receiver and transmitter of bytes, eight data bits, no parity, one stop bit."""
 
 from amaranth import *
 from amaranth.lib import stream, wiring
@@ -11,17 +11,17 @@ from golden.host.protocol import BAUD
 __all__ = ["TOLERANCE", "UartReceiver", "UartTransmitter"]
 
 
-#: Mismatch of the two ends' rates that is promised to do no harm.
+#: Mismatch of the two ends' baud rates that is tolerated.
 TOLERANCE = 0.03
 
-# From the edge that opens a byte to the middle of its stop bit, and to its end.
+# Bits from the start edge of a byte to the middle of its stop bit, and to its end.
 _BITS_TO_STOP = 9.5
 _BITS = 10
 
 
 class _BitTiming:
-    """Cycles of a bit, and what they make of the tolerance that :class:`UartReceiver` derives: rounding them costs too."""
-    def __init__(self, clock_hz, baud):
+    """Cycles of a bit, and the tolerance that follows, as :class:`UartReceiver` derives it, less what rounding the cycles costs."""
+    def __init__(self, clock_hz: int, baud: int):
         self.cycles = cycles = round(clock_hz / baud)
         self.filtered = cycles // 16
         self.apart = cycles // 8
@@ -35,29 +35,30 @@ class _BitTiming:
 
 
 class UartReceiver(wiring.Component):
-    """Bytes from a serial line, least significant bit first; noise on the line is the rule.
+    """Bytes from a serial line, least significant bit first, with a filter for noise on the line.
 
     Golden: the bytes that were sent.
 
-    A pulse of up to a sixteenth of a bit, wherever it is, changes nothing: a counter that follows the line up and down must run from one
-    end to the other before the level counts as changed. A start bit must still be one in its middle. Each bit is the majority of
-    three samples, an eighth of a bit apart, about its middle: within a bit a pulse of an eighth does no harm either.
+    Noise: a pulse of up to a sixteenth of a bit has no effect, wherever it is: an up-down counter that follows the line must run from one
+    end to the other before the level counts as changed. A start bit is confirmed in its middle. Each bit is the majority of three samples
+    around its middle, an eighth of a bit apart: within a bit a pulse of an eighth has no effect either.
 
-    A byte without its stop bit is dropped, and ``framing_error`` is raised; the line must then be high before the next one begins. A byte
-    that comes while the one before it still waits is dropped, and ``overrun`` is raised: a line cannot wait.
+    Errors: a byte without a stop bit is dropped, and ``framing_error`` is raised; the line must then be high before the next byte. A byte
+    that is complete while the one before it has not been accepted is dropped, and ``overrun`` is raised: a line has no back-pressure.
 
-    Rate: the other end may be off by 3 % (:data:`TOLERANCE`) with pulses of a sixteenth anywhere. A bit is read in its middle, counted
-    from the edge that opens its byte. The worst is the stop bit: 9.5 bits after that edge it must be less than half a bit off. The edge is
-    seen up to a cycle late, and a pulse next to it moves it by up to twice the pulse's length: 9.5 times the mismatch must fit in
-    ``1/2 - 1/8`` bit less a cycle. And the last sample of the stop bit, at 9 5/8, must not come after the bit's end, at 10 of a faster
-    host's bits, or each of many bytes without a gap would begin later. Either gives 3.9 % at 75 MHz and 115,200 baud.
+    Rate: the other end may be off by 3 % (:data:`TOLERANCE`) with pulses of a sixteenth anywhere. A bit is sampled in its middle, counted
+    from the start edge of its byte. The stop bit is the worst case: its middle is 9.5 bits after that edge and must be less than half a
+    bit off. The edge is seen up to a cycle late, and a pulse next to it shifts it by up to twice the pulse's length: 9.5 times the
+    mismatch must fit in ``1/2 - 1/8`` bit less a cycle. And the last sample of the stop bit, at 9 5/8 bits, must not be after the bit's
+    end, at 10 bits of a faster host, or the start edges of back-to-back bytes would be found later and later. Either gives 3.9 % at
+    75 MHz and 115,200 baud.
 
-    Timing: ``o`` is valid 5/8 of a bit and a sixteenth after the stop bit begins, and 4 cycles.
+    Timing: ``o`` is valid 11/16 of a bit and 4 cycles after the stop bit begins.
 
     Parameters
     ----------
     clock_hz : int
-        Rate of ``sync``; at least 16 cycles a bit.
+        Frequency of ``sync``; at least 16 cycles a bit.
     baud : int
         Bits a second.
 
@@ -67,9 +68,9 @@ class UartReceiver(wiring.Component):
         The pin; asynchronous, synchronised here.
     o : Out(stream.Signature(8))
     framing_error, overrun : Out(1)
-        For one cycle.
+        High for one cycle.
     """
-    def __init__(self, clock_hz, baud=BAUD):
+    def __init__(self, clock_hz: int, baud: int = BAUD):
         self._timing = _BitTiming(clock_hz, baud)
         super().__init__({
             "rx": In(1, init=1),
@@ -79,26 +80,26 @@ class UartReceiver(wiring.Component):
         })
 
     @property
-    def bit_cycles(self):
+    def bit_cycles(self) -> int:
         """Cycles of a bit."""
         return self._timing.cycles
 
     @property
-    def filtered_cycles(self):
-        """Longest pulse that changes nothing, wherever it is, in cycles."""
+    def filtered_cycles(self) -> int:
+        """Longest pulse that has no effect, wherever it is, in cycles."""
         return self._timing.filtered
 
     @property
-    def tolerance(self):
-        """Mismatch of rates that does no harm, with such pulses on the line; a fraction."""
+    def tolerance(self) -> float:
+        """Mismatch of baud rates that is tolerated with such pulses on the line; a fraction."""
         return self._timing.tolerance
 
-    def elaborate(self, platform):
+    def elaborate(self, platform: object) -> Module:
         m = Module()
         line = Signal(init=1)
         m.submodules.synchronizer = FFSynchronizer(self.rx, line, init=1)
 
-        # The level that has lasted. Both edges come equally late, so the delay does not matter.
+        # Filtered level. Both edges are delayed alike, so the delay does not matter.
         lean  = Signal(range(self.filtered_cycles + 1), init=self.filtered_cycles)
         level = Signal(init=1)
         with m.If(line):
@@ -171,7 +172,7 @@ class UartTransmitter(wiring.Component):
 
     Golden: for each byte a start bit, low, its eight bits, and a stop bit, high; the line is high between bytes.
 
-    Timing: the start bit begins in the cycle after the byte is taken. A byte takes 10 bits; one that waits follows without a gap.
+    Timing: the start bit begins in the cycle after the byte is accepted. A byte takes 10 bits; one that waits follows without a gap.
     ``i.ready`` does not depend on ``i.valid``.
 
     Parameters
@@ -185,19 +186,19 @@ class UartTransmitter(wiring.Component):
     tx : Out(1)
         The pin, from a flip-flop.
     """
-    def __init__(self, clock_hz, baud=BAUD):
+    def __init__(self, clock_hz: int, baud: int = BAUD):
         self._timing = _BitTiming(clock_hz, baud)
         super().__init__({"i": In(stream.Signature(8)), "tx": Out(1, init=1)})
 
     @property
-    def bit_cycles(self):
+    def bit_cycles(self) -> int:
         """Cycles of a bit."""
         return self._timing.cycles
 
-    def elaborate(self, platform):
+    def elaborate(self, platform: object) -> Module:
         m = Module()
         phase = Signal(range(self.bit_cycles))  # 0 between bytes
-        bits  = Signal(range(11))           # left to send, the one on the line among them
+        bits  = Signal(range(11))           # left to send, with the one on the line
         rest  = Signal(9, reset_less=True)  # those after it
         last  = Signal()                    # last cycle of a bit
         m.d.comb += [

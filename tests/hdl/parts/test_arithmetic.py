@@ -8,7 +8,7 @@ from amaranth import *
 from amaranth.lib import data, wiring
 from amaranth.lib.wiring import In, Out
 
-from hdl.parts.arithmetic import add_with_carry, choose, multiply
+from hdl.parts.arithmetic import add_with_carry, choose, maximum, multiply
 from sim.kit.clocked import run_clocked
 
 
@@ -50,6 +50,21 @@ def test_add_with_carry(a_bits, b_bits):
     cases = list(itertools.product(range(2**a_bits), range(2**b_bits), range(2)))
     out = run_clocked(Sum(a_bits, b_bits), [{"a": a, "b": b, "carry": carry} for a, b, carry in cases], ["o"])
     assert [cycle["o"] for cycle in out] == [a + b + carry for a, b, carry in cases]
+
+
+class Maximum(wiring.Component):
+    def __init__(self):
+        super().__init__({"a": In(4), "b": In(3), "o": Out(4)})
+
+    def elaborate(self, platform):
+        m = Module()
+        m.d.comb += self.o.eq(maximum(self.a, self.b))
+        return m
+
+
+def test_maximum():
+    cases = list(itertools.product(range(16), range(8)))
+    assert [cycle["o"] for cycle in run_clocked(Maximum(), [{"a": a, "b": b} for a, b in cases], ["o"])] == [max(case) for case in cases]
 
 
 class Choice(wiring.Component):

@@ -22,7 +22,7 @@ def test_delay(clocks, clean):
 
 @pytest.mark.parametrize("clocks", [1, 4, 5, 6, 9, 31])
 def test_clean_after_reset(clocks):
-    """What a memory still holds from before a reset does not come out after it."""
+    """Words that a memory holds from before a reset do not appear after it."""
     reset = Signal()
     delay = Delay(8, clocks, clean=True)
 

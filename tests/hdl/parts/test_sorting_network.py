@@ -10,7 +10,7 @@ from .networks import run
 
 
 def zeros_and_ones(*sizes):
-    """Sorted lists of zeros and ones beside one another, in all ways: what is right for them is right for all values."""
+    """All pairs of sorted lists of zeros and ones: a network that is right for them is right for all values."""
     ways = itertools.product(*(range(size + 1) for size in sizes))
     return np.array([[int(n >= size - ones) for ones, size in zip(way, sizes) for n in range(size)] for way in ways])
 
@@ -40,7 +40,7 @@ def test_select(a, b):
 
 
 def test_prune():
-    """What no output needs is gone, and what is kept suffices."""
+    """Exchanges that no output needs are removed, and those that remain suffice."""
     exchanges, order = merge(range(8), range(8, 16))
     values = zeros_and_ones(8, 8)
     for ranks in ([0], [15], [7, 8], range(16)):
@@ -60,7 +60,7 @@ def test_levels():
         assert len(wires) == len(set(wires))
     for before, level in itertools.pairwise(by_level):
         wires = {wire for exchange in before for wire in exchange[:2]}
-        assert all(wires & {low, high} for low, high, *_ in level)  # none could have come earlier
+        assert all(wires & {low, high} for low, high, *_ in level)  # none could be earlier
 
 
 @pytest.mark.parametrize("outputs", [[0, 1, 2, 3, 4], [2], [4, 1]])

@@ -77,7 +77,7 @@ def run_rules(dut, levels, *, ready=lambda cycle: True):
 
 
 def host_levels(host, idle=1):
-    """What the host puts on the line: ``idle`` bits of silence around what is queued."""
+    """Levels of the host's line: ``idle`` bits of pause before and after what is queued."""
     levels = [1] * round(idle * host.bit_cycles)
     while not host.idle:
         levels.append(host.step(1))
@@ -104,7 +104,7 @@ def test_all_bytes():
 
 @pytest.mark.parametrize("mismatch", [-0.045, 0.035])
 def test_clean_line_has_more(mismatch):
-    """Without noise a slow host has all but a cycle of half a bit; a fast one, without a gap, what is left of the stop bit."""
+    """Without noise a slow host has half a bit less a cycle of tolerance; a fast one, without a gap, the rest of the stop bit."""
     data = BYTES * 2
     host = UartHost(64, mismatch=mismatch)
     host.send(data)
@@ -213,7 +213,7 @@ def test_byte_that_nobody_takes():
 
 
 def test_byte_that_is_taken_in_time():
-    """In the last cycle before the next one comes: nothing is lost."""
+    """In the last cycle before the next byte: nothing is lost."""
     data = [1, 2, 3, 4]
     levels = frame_levels(data, 16)
     _, at, _ = run_rules(receiver(), levels)
@@ -223,7 +223,7 @@ def test_byte_that_is_taken_in_time():
 
 @pytest.mark.parametrize("seed", range(2))
 def test_after_noise(seed):
-    """Noise of any kind, a byte's time of silence, and bytes come as they were sent."""
+    """After noise of any kind and a byte's time of pause, bytes are received as they were sent."""
     rng = np.random.default_rng(seed)
     host = UartHost(20, rng=rng)
     for _ in range(6):
@@ -291,9 +291,9 @@ def test_transmitter_with_gaps():
 
 
 @pytest.mark.parametrize("component", [UartReceiver, UartTransmitter])
-@pytest.mark.parametrize("cycles, told", [(15, "15.00"), (16.49, "16.49")])
-def test_bad_clock(component, cycles, told):
-    with pytest.raises(ValueError, match=f"does not divide into {BAUD} baud: .*16 cycles or more.* not {told}; choose another baud$"):
+@pytest.mark.parametrize("cycles, message", [(15, "15.00"), (16.49, "16.49")])
+def test_bad_clock(component, cycles, message):
+    with pytest.raises(ValueError, match=f"does not divide into {BAUD} baud: .*16 cycles or more.* not {message}; choose another baud$"):
         component(cycles * BAUD)
     component(16.02 * BAUD)
 
