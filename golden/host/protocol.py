@@ -1,4 +1,4 @@
-"""The wire protocol of the registers: six bytes each way, checked by sum. Host, gateware, models and tests share it."""
+"""The wire protocol of the registers: six bytes each way with a checksum. Shared by host, gateware, models and tests."""
 
 import enum
 from dataclasses import dataclass
@@ -11,23 +11,23 @@ __all__ = ["BAUD", "FRAME_BYTES", "FRAME_SECONDS", "QUIET_SECONDS", "REPLY_SYNC"
 #: Bits a second, 8N1.
 BAUD = 115_200
 
-#: First byte of a request, and of a reply. They differ, so that a line that echoes does not answer itself.
+#: First byte of a request, and of a reply. They differ, so that an echo on the line is not taken for a reply.
 REQUEST_SYNC = 0xA5
 REPLY_SYNC = 0x5A
 
 #: Bytes of a request and of a reply.
 FRAME_BYTES = 6
 
-#: Longest silence within a request, in seconds: 115 times what a byte takes, ten times what a USB adapter may wait between two bytes.
+#: Longest pause within a request, in seconds: 115 times a byte, ten times what a USB adapter may wait between two bytes.
 FRAME_SECONDS = 0.01
 
-#: A silence after which a request is read from its beginning, whatever came before: the time-out, and six bytes that noise may have
-#: caused the chip to send.
+#: A pause after which the chip is ready for a request, whatever was on the line before: the time-out, and the six bytes of a reply to
+#: noise.
 QUIET_SECONDS = 0.011
 
 
 class Operation(enum.IntEnum):
-    """Second byte of a request; one is the complement of the other, so that noise does not make a write of a read."""
+    """Second byte of a request; each is the complement of the other, so that noise does not turn a read into a write."""
     READ = 0x52
     WRITE = 0xAD
 
@@ -44,7 +44,7 @@ class Status(enum.IntEnum):
 
 @dataclass(frozen=True)
 class Request:
-    """What the host asks; ``operation`` may be none of :class:`Operation`, ``value`` means nothing in a read."""
+    """A request of the host; ``operation`` may be another value than those of :class:`Operation`, ``value`` is ignored in a read."""
     operation: int
     address: int
     value: int = 0
@@ -52,14 +52,14 @@ class Request:
 
 @dataclass(frozen=True)
 class Reply:
-    """What the chip answers: the register's value, 0 unless ``status`` is ``OK``."""
+    """A reply of the chip: ``value`` is the register's, 0 unless ``status`` is ``OK``."""
     status: Status
     address: int
     value: int = 0
 
 
 def check_byte(data: bytes) -> int:
-    """The byte that, put after ``data``, makes all of them add up to 0 modulo 256.
+    """Checksum: the byte that makes ``data`` and itself add up to 0 modulo 256.
 
     >>> hex(check_byte(bytes([0xA5, 0x52, 0x10, 0, 0])))
     '0xf9'
@@ -95,21 +95,21 @@ def _is_frame(frame: bytes, sync: int) -> bool:
 
 
 def decode_request(frame: bytes) -> Request | None:
-    """The request that six bytes are; ``None`` if they are none."""
+    """The request encoded in six bytes; ``None`` if they are not one."""
     if not _is_frame(frame, REQUEST_SYNC):
         return None
     return Request(frame[1], frame[2], int.from_bytes(frame[3:5], "big"))
 
 
 def decode_reply(frame: bytes) -> Reply | None:
-    """The reply that six bytes are; ``None`` if they are none."""
+    """The reply encoded in six bytes; ``None`` if they are not one."""
     if not _is_frame(frame, REPLY_SYNC) or frame[1] not in set(Status):
         return None
     return Reply(Status(frame[1]), frame[2], int.from_bytes(frame[3:5], "big"))
 
 
 def first_reply(data: bytes) -> Reply | None:
-    """The first reply in ``data``, whatever noise is before and after it; ``None`` if there is none.
+    """The first reply in ``data``, with noise before and after it; ``None`` if there is none.
 
     >>> first_reply(b"noise" + encode_reply(Reply(Status.OK, 0x10, 15))).value
     15

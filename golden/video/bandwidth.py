@@ -1,4 +1,4 @@
-"""The memory's bandwidth: what cameras, matcher and monitor ask for, what there is, and how much must be buffered."""
+"""The memory's bandwidth: demands of cameras, matcher and monitor against what the memory serves, and the FIFO depths that follow."""
 
 import math
 from dataclasses import dataclass, field
@@ -18,31 +18,30 @@ __all__ = ["Budget", "Demand", "MemoryTiming", "grant_clocks", "served_clocks"]
 def grant_clocks(masters: int, burst: int, pace: float, stall: int) -> int:
     """Most clocks from a master's request to its grant, :class:`hdl.video.arbiter.Arbiter`.
 
-    ``masters`` bursts of ``burst`` words may be served before: the master's own one before, and one of each other master. The memory
-    takes a word each ``pace`` clocks at the slowest, but for one stall of ``stall`` clocks.
+    ``masters`` bursts of ``burst`` words may be served before it: the master's previous burst, and one of each other master. The memory
+    accepts a word each ``pace`` clocks at the slowest, except for one stall of ``stall`` clocks.
     """
     return math.ceil(masters * burst * pace) + stall + 2
 
 
 def served_clocks(masters: int, burst: int, pace: float, stall: int) -> int:
-    """Most clocks from a master's request until the memory has taken the last word of its burst."""
+    """Most clocks from a master's request until the memory has accepted the last word of its burst."""
     return math.ceil((masters + 1) * burst * pace) + stall + 3
 
 
 @dataclass(frozen=True)
 class MemoryTiming:
-    """What the controller loses, in clocks of its local interface (two clocks of the memory each), assumed rather high.
+    """Overheads of the memory controller, in clocks of its local interface (two clocks of the memory each); conservative.
 
     Parameters
     ----------
     clock_hz : int
-        Of the local interface: a word a clock at best.
+        Of the local interface, which transfers a word a clock at best.
     row_clocks : int
-        To close a row and open another: precharge and activate, 15 ns each, and the controller's own clocks. Each burst is taken to pay
-        this once; it never pays twice, because a burst lies within one row.
+        To close a row and open another: precharge and activate, 15 ns each, and the controller's overhead. Counted once for each burst,
+        because a burst lies within one row.
     turn_clocks : int
-        To turn the data pins round: CAS latency 5, burst of 4, write to read 7.5 ns. Each burst is taken to pay this too, as if reads
-        and writes took turns.
+        Bus turnaround: CAS latency 5, burst of 4, write to read 7.5 ns. Counted once for each burst, as if reads and writes alternated.
     refresh_clocks : int
         A refresh, 105 ns, with all rows closed before it and opened after it.
     refresh_ns : int
@@ -50,7 +49,7 @@ class MemoryTiming:
     latency_clocks : int
         From a read's acceptance to its first word.
     stall_clocks : int
-        The longest stall, beyond all this, that the FIFOs of what cannot wait must bridge: 100 us.
+        The longest further stall that the FIFOs of cameras and monitor must bridge: 100 us.
     """
     clock_hz: int = 75_000_000
     row_clocks: int = 8
@@ -72,17 +71,17 @@ class MemoryTiming:
 
     @property
     def refresh_share(self) -> float:
-        """Part of the time that refreshes take."""
+        """Fraction of the time that refreshes take."""
         return self.refresh_clocks / (self.refresh_ns * 1e-9 * self.clock_hz)
 
     def efficiency(self, words: int, bursts: int) -> float:
-        """Part of the clocks that move a word, if ``words`` are moved in that many bursts."""
+        """Fraction of the clocks that transfer a word, if ``words`` are transferred in so many bursts."""
         return words / (words + bursts * (self.row_clocks + self.turn_clocks)) * (1 - self.refresh_share)
 
 
 @dataclass(frozen=True)
 class Demand:
-    """What one writer or reader asks of the memory."""
+    """Demand of a writer or reader on the memory."""
     name: str
     words_per_second: float
 
@@ -95,8 +94,8 @@ class Demand:
 class Budget:
     """All demands on the memory, against what it serves.
 
-    What cannot wait, cameras and monitor, is counted at the rate that it has within a picture's active lines. What can wait, the matcher,
-    at the rate that it needs: a pair is read, and its results are written, within :attr:`reading_seconds`.
+    Cameras and monitor, which have no back-pressure, count with their rate within the active lines of a picture. The matcher, which can
+    stall, counts with its average rate: a pair is read, and its results are written, within :attr:`reading_seconds`.
 
     Parameters
     ----------
@@ -121,12 +120,12 @@ class Budget:
     burst: int = 16
     window: Fraction | float = WINDOW
 
-    # Lines of the picture that the monitor reads in the time of one of its own, in mode both: every second one is passed over.
+    # Lines of the picture that the monitor reads in the time of one of its lines, in mode both: every second one is skipped.
     DISPLAY_LINES = 2
 
     def __post_init__(self) -> None:
         if (self.memory_map.width, self.memory_map.height) != (self.camera.width, self.camera.height):
-            raise ValueError(f"the memory is laid out for {self.memory_map.width}x{self.memory_map.height} pixels, and the cameras give "
+            raise ValueError(f"the memory is laid out for {self.memory_map.width}x{self.memory_map.height} pixels, and the cameras send "
                              f"{self.camera.width}x{self.camera.height}: choose the same size")
         if self.matcher_clocks <= 0:
             raise ValueError(f"matcher_clocks must be above 0, not {self.matcher_clocks!r}")
@@ -134,7 +133,7 @@ class Budget:
 
     @property
     def efficiency(self) -> float:
-        """Part of the clocks that move a word."""
+        """Fraction of the clocks that transfer a word."""
         line_words = self.memory_map.line_words
         return self.timing.efficiency(line_words, math.ceil(line_words / self.burst))
 
@@ -147,8 +146,8 @@ class Budget:
     def reading_seconds(self) -> float:
         """Time to read a pair: a frame less the window with double buffers, a whole frame with more.
 
-        With double buffers the earlier frame of a pair is written over a whole frame after it was complete, and the later one may be
-        complete as much as the window after it.
+        With double buffers the earlier frame of a pair is overwritten a frame after it was complete, and the later one may be complete
+        only a window after it.
         """
         return self.camera.frame_seconds * float(1 - self.window if self.memory_map.buffers == 2 else 1)
 
@@ -178,18 +177,18 @@ class Budget:
 
     @property
     def used(self) -> float:
-        """Words a second that all ask for."""
+        """Words a second of all demands together."""
         return sum(demand.words_per_second for demand in self.demands)
 
     def check(self) -> None:
-        """:class:`UserError` if what is asked for cannot be served."""
+        """:class:`UserError` if the memory cannot serve all demands."""
         if self.used > self.available:
-            raise UserError(f"cameras, matcher and monitor ask for {self.used / 1e6:.1f} million words a second of memory, and it serves "
+            raise UserError(f"cameras, matcher and monitor need {self.used / 1e6:.1f} million words a second of memory, and it serves "
                             f"{self.available / 1e6:.1f} at {self.timing.clock_hz / 1e6:g} MHz: choose a smaller picture, a monitor of "
                             "fewer pixels or a faster memory clock")
         if self.display_pixels > self.timing.clock_hz:
-            raise UserError(f"the monitor asks for {self.display_pixels / 1e6:.1f} million pixels a second, and the frame store gives one "
-                            f"a clock, of {self.timing.clock_hz / 1e6:g} MHz: choose a slower monitor or a faster memory clock")
+            raise UserError(f"the monitor needs {self.display_pixels / 1e6:.1f} million pixels a second, and the frame store sends one a "
+                            f"clock, of {self.timing.clock_hz / 1e6:g} MHz: choose a slower monitor or a faster memory clock")
         if self.matcher_seconds > self.reading_seconds:
             buffers = self.memory_map.buffers
             remedy = "3 buffers, " if buffers == 2 and self.matcher_seconds <= self.camera.frame_seconds else ""
@@ -197,11 +196,11 @@ class Budget:
                             f"{self.reading_seconds * 1e3:.1f} ms: choose {remedy}a matcher of fewer clocks a pixel or a smaller picture")
 
     def table(self) -> Table:
-        """For a terminal."""
+        """The demands as a table for a terminal."""
         table = Table(title=f"memory, {self.available / 1e6:.1f} million words of {WORD_BYTES} bytes a second at "
                             f"{self.timing.clock_hz / 1e6:g} MHz", title_justify="left")
         table.add_column("")
-        for title in ("MB/s", "words/s", "of what there is"):
+        for title in ("MB/s", "words/s", "share of all"):
             table.add_column(title, justify="right")
         for demand in (*self.demands, Demand("all", self.used)):
             table.add_row(demand.name, f"{demand.bytes_per_second / 1e6:.1f}", f"{demand.words_per_second:,.0f}",
@@ -209,29 +208,29 @@ class Budget:
         return table
 
     def latency_clocks(self, stall: int) -> int:
-        """Most clocks from a request to the last word of its burst, written or come back, with one stall of that many clocks."""
+        """Most clocks from a request to the last word of its burst, written or returned, with one stall of ``stall`` clocks."""
         return served_clocks(self.masters, self.burst, 1 / self.efficiency, stall) + self.timing.latency_clocks
 
     def _depth(self, words: int) -> int:
-        """A burst has to gather, ``words`` come while it waits for its turn, and one stands in front of the FIFO."""
+        """A burst is collected, ``words`` arrive while it waits for its grant, and one is in the register in front of the FIFO."""
         return self.burst + words + 1
 
     def _line_words_within(self, clocks: int, line_seconds: float, pixel_hz: float) -> int:
-        """Most words that lines of video make or take in that many clocks: whole lines, and the beginning of one more."""
+        """Most words of video in ``clocks``: whole lines, and the beginning of one more."""
         lines, rest = divmod(clocks / self.timing.clock_hz, line_seconds)
         pixels = min(math.ceil(rest * pixel_hz), self.memory_map.width)
         return int(lines) * self.memory_map.line_words + math.ceil(pixels / WORD_BYTES)
 
     @property
     def camera_depth(self) -> int:
-        """Words that a camera's FIFO must hold to lose nothing in the longest stall."""
+        """Words that a camera's FIFO must hold so that no frame is lost in the longest stall."""
         camera = self.camera
         return self._depth(self._line_words_within(self.latency_clocks(self.timing.stall_clocks),
                                                    camera.line_bytes / camera.byte_clock_hz, camera.byte_clock_hz / 2))
 
     @property
     def display_depth(self) -> int:
-        """Words that each FIFO of the picture shown must hold for the monitor to miss nothing in the longest stall."""
+        """Words that each FIFO of the shown picture must hold so that the longest stall causes no underflow."""
         display = self.display
         words = self._line_words_within(self.latency_clocks(self.timing.stall_clocks), display.h_total / display.pixel_clock_hz,
                                         display.pixel_clock_hz)
@@ -239,5 +238,5 @@ class Budget:
 
     @property
     def matcher_depth(self) -> int:
-        """Words that each FIFO of the matcher must hold for it to wait in stalls only."""
+        """Words that each FIFO of the matcher must hold so that it waits in stalls of the memory only."""
         return self._depth(math.ceil(self.latency_clocks(0) / (self.matcher_clocks * WORD_BYTES)))

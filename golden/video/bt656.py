@@ -12,13 +12,13 @@ __all__ = ["BLANK_CHROMA", "BLANK_LUMA", "CORRECTED", "LUMA_MAX", "LUMA_MIN", "P
            "encode_line", "lost_bytes", "xy"]
 
 
-#: What stands before the last byte of a timing code.
+#: The bytes before the last one of a timing code.
 PREAMBLE = (0xFF, 0x00, 0x00)
 #: 0 and 255 are reserved for timing codes: no sample of a picture has these values.
 LUMA_MIN, LUMA_MAX = 1, 254
 #: Blanking.
 BLANK_CHROMA, BLANK_LUMA = 0x80, 0x10
-# A signal without a code for as long as this is lost.
+# A signal is lost after so many lines without a valid code.
 _LOST_LINES = 2
 
 
@@ -43,14 +43,14 @@ def xy(f: int, v: int, h: int) -> int:
 
 
 def _corrected() -> Any:
-    """The code that differs from each byte in one bit at most; -1 if there is none. Codes differ from one another in four bits."""
+    """For each byte, the code within one bit of it; -1 if there is none. Codes differ from one another in at least four bits."""
     table = np.full(256, -1, np.int16)
     for code in (xy(n >> 2, n >> 1 & 1, n & 1) for n in range(8)):
         table[[code, *(code ^ 1 << bit for bit in range(8))]] = code
     return table
 
 
-#: By byte: the code that it is, or that it was before one of its bits was inverted; -1 where more is wrong.
+#: By byte: the code itself, or corrected in one bit; -1 where more bits are wrong.
 CORRECTED = _corrected()
 
 
@@ -101,7 +101,7 @@ def encode(picture, format: CameraFormat, chroma=None):
     picture : (H, W) integer ndarray
         Grey levels; :func:`clip` is applied.
     chroma : (H, W) integer ndarray
-        Cb in even columns, Cr in odd ones; clipped too. Without it the picture is grey: 128.
+        Cb in even columns, Cr in odd ones; clipped too. By default grey: 128.
 
     Returns
     -------
@@ -122,15 +122,15 @@ def encode(picture, format: CameraFormat, chroma=None):
 
 
 def lost_bytes(format: CameraFormat) -> int:
-    """A signal without a code that can be read for as many bytes is lost: two lines."""
+    """A signal is lost after so many bytes, two lines, without a valid code."""
     return _LOST_LINES * format.line_bytes
 
 
 @dataclass
 class Decoded:
-    """What there is in a sequence of bytes.
+    """Content of a sequence of bytes.
 
-    ``pictures``: whole frames. ``dropped``: frames that began and did not become whole, and bottom fields without a top field.
+    ``pictures``: complete frames. ``dropped``: incomplete frames, and bottom fields without a top field.
     ``corrected``, ``rejected``: timing codes with one wrong bit, and with more.
     """
     pictures: list[Any] = field(default_factory=list)
@@ -140,9 +140,10 @@ class Decoded:
 
 
 class _Receiver:
-    """The frame in progress: ``lines`` of it so far, ``None`` between frames; ``awaits`` what must come next of it.
+    """State of the frame in progress: ``lines`` so far, ``None`` between frames; ``awaits``, the code that must be next.
 
-    ``blank``: a blank line came after the last active one. ``excused``: a bottom field belongs to no frame that could be dropped.
+    ``blank``: there was a blank line since the last active one. ``excused``: the next bottom field belongs to a frame that was dropped
+    already, or that began before reception did.
     """
     def __init__(self, format: CameraFormat) -> None:
         self.format = format
@@ -161,12 +162,12 @@ class _Receiver:
             self.excused = not self.bottom
 
     def lose(self) -> None:
-        """No code for too long."""
+        """Loss of signal."""
         self.give_up()
         self.excused = True
 
     def close_line(self, code: int, between) -> None:
-        """A code came in an active line, ``between`` after its SAV."""
+        """A code within an active line, ``between`` its SAV and the code the bytes of the line."""
         assert self.lines is not None
         self.lines.append(between[1::2])
         closed = len(self.lines) in (self.format.field_lines, self.format.height)
@@ -192,7 +193,7 @@ class _Receiver:
             self.lines, self.bottom, self.excused, self.awaits = [], False, False, "EAV"
 
     def code(self, code: int, between) -> None:
-        """A timing code, -1 if it cannot be read, and the bytes since the one before."""
+        """A timing code, -1 if it is invalid, and the bytes since the one before."""
         sav_of_line = code in (xy(0, 0, 0), xy(1, 0, 0))
         if self.lines is not None and self.awaits == "EAV":
             self.close_line(code, between)
@@ -210,15 +211,15 @@ class _Receiver:
 
 
 def decode(data, format: CameraFormat) -> Decoded:
-    """Frames of a sequence of bytes, as strictly as a receiver should take it.
+    """Frames in a sequence of bytes; the reference for how strict a receiver is.
 
     A field begins with the first active line after a blank one; a frame is a top field and the bottom field that follows it. Each active
-    line must have ``2 * width`` bytes, be closed by an EAV that can be read, and be followed by the next SAV with no other code between.
-    Each EAV tells by V whether its field goes on. What does not hold costs the frame. The bottom field of a frame that was dropped in its
-    top field is passed over; so is the first one after the start, or after a loss of signal. Lengths of blanking are free, and so is a
-    code between the fields that cannot be read.
+    line must have ``2 * width`` bytes and be closed by a valid EAV, whose V tells whether the field goes on; the next code must be the
+    next line's SAV. A violation costs the frame. The bottom field of a frame that was dropped in its top field is skipped without being
+    counted; so is the first one after the start, or after a loss of signal. Lengths of blanking are free, and an invalid code between the
+    fields is allowed.
 
-    Nothing is said of a frame that is still in progress at the end.
+    A frame that is still in progress at the end is ignored.
 
     Parameters
     ----------

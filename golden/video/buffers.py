@@ -1,5 +1,4 @@
-"""The frame store's buffers: of one camera's frames, and the slots of the shown pictures. The rule is that of
-:mod:`golden.video.pairing`."""
+"""Buffers of the frame store: those of a camera's frames, and the slots of the shown pictures; :mod:`golden.video.pairing` has the rule."""
 
 from enum import Enum
 
@@ -13,11 +12,11 @@ class Camera:
     Attributes
     ----------
     filling, latest, reading : int or None
-        Buffer that is written, that holds the latest frame, and that is read. Never the same one.
+        Buffers: the one being written, that of the latest frame, the one being read. No two are the same.
     latest_began : int
         When the latest frame began.
     skipped, unpaired : int
-        Frames for which no buffer was free; complete frames that found no partner.
+        Frames for which no buffer was free; complete frames given up without a partner.
     """
     __slots__ = ("buffers", "filling", "filling_began", "latest", "latest_began", "life", "reading", "skipped", "unpaired")
 
@@ -31,13 +30,13 @@ class Camera:
         self.skipped = self.unpaired = 0
 
     def expire(self, now: int) -> None:
-        """Give up the latest frame if it is too old."""
+        """Give up the latest frame if it has expired."""
         if self.latest is not None and now - self.latest_began >= self.life:
             self.latest = None
             self.unpaired += 1
 
     def end(self, now: int, complete: bool) -> None:
-        """The frame that fills a buffer is complete, or abandoned; nothing if none does."""
+        """The frame being written is complete, or abandoned; no effect if there is none."""
         self.expire(now)
         if complete and self.filling is not None:
             if now - self.filling_began >= self.life:
@@ -48,7 +47,7 @@ class Camera:
         self.filling = None
 
     def begin(self, now: int) -> int | None:
-        """A frame begins: the buffer for it, ``None`` to skip it. One that still fills a buffer is abandoned."""
+        """A frame begins: the buffer for it, or ``None`` to skip it. A frame still being written is abandoned."""
         self.expire(now)
         self.filling = None
         for buffer in range(self.buffers):
@@ -60,7 +59,7 @@ class Camera:
 
 
 class PlaneState(Enum):
-    """How far one plane of the picture that is written has come; in the gateware a register of two bits."""
+    """State of one plane of the picture that is being written."""
     AWAITED = 0
     FILLING = 1
     COMPLETE = 2
@@ -73,11 +72,11 @@ class Pictures:
     Attributes
     ----------
     writing, latest, shown : int or None
-        Slot that is written, that holds a complete picture not yet shown, and that is shown. Never the same one.
+        Slots: the one being written, that of a complete picture not shown yet, the one being shown. No two are the same.
     planes : list of :class:`PlaneState`
-        Of the picture that is written.
+        Of the picture being written.
     dropped, abandoned : int
-        Complete pictures in whose place another one came before a fetch; pictures that did not become complete.
+        Complete pictures replaced by another one before a fetch; pictures that were not completed.
     """
     __slots__ = ("abandoned", "dropped", "latest", "planes", "shown", "slots", "writing")
 
@@ -90,7 +89,7 @@ class Pictures:
         self.dropped = self.abandoned = 0
 
     def free(self) -> int | None:
-        """The slot for a new picture; ``None`` while one is written, or if there is none."""
+        """The slot for a new picture; ``None`` while one is being written, or if no slot is free."""
         if self.writing is None:
             for slot in range(self.slots):
                 if slot != self.latest and slot != self.shown:
@@ -98,17 +97,17 @@ class Pictures:
         return None
 
     def start(self, slot: int) -> None:
-        """A pair starts, whose picture goes into ``slot``."""
+        """A pair starts, whose picture is written into ``slot``."""
         self.writing = slot
         self.planes = [PlaneState.AWAITED] * 2
 
     def end(self, plane: int, complete: bool) -> None:
-        """A plane is complete, or abandoned; nothing if it had not begun since the pair started."""
+        """A plane is complete, or abandoned; no effect if it had not begun since the pair started."""
         if self.writing is not None and self.planes[plane] is PlaneState.FILLING:
             self.planes[plane] = PlaneState.COMPLETE if complete else PlaneState.ABANDONED
 
     def begin(self, plane: int) -> bool:
-        """A plane begins: whether it may be written. One for each pair; if it begins twice the picture is abandoned."""
+        """A plane begins: whether it may be written, once for each pair. If it begins twice the picture is abandoned."""
         if self.writing is None:
             return False
         if self.planes[plane] is PlaneState.FILLING:
@@ -119,7 +118,7 @@ class Pictures:
         return True
 
     def settle(self) -> None:
-        """The picture is finished as soon as both planes are."""
+        """Finish the picture if both planes are finished."""
         if self.writing is None or PlaneState.AWAITED in self.planes or PlaneState.FILLING in self.planes:
             return
         if PlaneState.ABANDONED in self.planes:
@@ -129,11 +128,11 @@ class Pictures:
         self.latest, self.writing = self.writing, None
 
     def give_up(self) -> None:
-        """The picture that is written will not become complete."""
+        """The picture being written will not be completed."""
         self.writing = None
         self.abandoned += 1
 
     def fetch(self) -> None:
-        """The display begins a frame: it turns to the latest picture, if there is one."""
+        """The display begins a frame: it switches to the latest picture, if there is one."""
         if self.latest is not None:
             self.shown, self.latest = self.latest, None

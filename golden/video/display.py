@@ -1,4 +1,4 @@
-"""What the monitor shows of a disparity picture and of the left picture."""
+"""The picture on the monitor, made of a disparity picture and the left picture."""
 
 import enum
 from typing import Any
@@ -16,7 +16,7 @@ Levels = NDArray[np.uint8]
 
 
 class DisplayMode(enum.StrEnum):
-    """Which picture is shown; the order is that of the numbers that the gateware knows them by.
+    """Which picture is shown; :attr:`code` counts in this order.
 
     ``DISPARITY``: disparities; nearer is brighter.
     ``LEFT``: the left picture.
@@ -28,7 +28,7 @@ class DisplayMode(enum.StrEnum):
 
     @property
     def code(self) -> int:
-        """Number in the gateware's input ``mode``."""
+        """Encoding of the mode in the gateware."""
         return list(DisplayMode).index(self)
 
 
@@ -62,7 +62,7 @@ def colour_table() -> Levels:
     >>> colour_table()[[0, 128, 255]].tolist()
     [[48, 18, 59], [164, 252, 59], [122, 4, 2]]
     """
-    from matplotlib import colormaps  # here, because it takes longer to load than all the rest
+    from matplotlib import colormaps  # here, because matplotlib is slow to import
 
     colours: Levels = colormaps["turbo"](np.arange(PIXEL_MAX + 1), bytes=True)
     return colours[:, :3]
@@ -78,7 +78,7 @@ def placement(display: DisplayFormat, width: int, height: int, mode: DisplayMode
     ----------
     display : DisplayFormat
     width, height : int
-        Of the picture, in pixels. :class:`ValueError` if it does not fit the display, or has no half.
+        Of the picture, in pixels. :class:`ValueError` if it does not fit the display, or is smaller than 2x2.
     mode : DisplayMode
 
     Examples
@@ -100,7 +100,7 @@ def placement(display: DisplayFormat, width: int, height: int, mode: DisplayMode
 
 def monitor_picture(disparity: NDArray[Any], left: NDArray[Any], display: DisplayFormat, mode: DisplayMode | str, colour: bool,
                     labels: int) -> Levels:
-    """The whole active area of the monitor: the picture as :func:`placement` says, black around it.
+    """The whole active area of the monitor: the picture where :func:`placement` puts it, black around it.
 
     Parameters
     ----------
@@ -127,12 +127,12 @@ def monitor_picture(disparity: NDArray[Any], left: NDArray[Any], display: Displa
     columns, lines = placement(display, width, height, mode)
     levels = grey_level(disparity, labels)
     picture = colour_table()[levels] if colour else np.stack([levels] * 3, axis=-1)
-    beside = np.stack([left] * 3, axis=-1)
+    grey = np.stack([left] * 3, axis=-1)
     match DisplayMode(mode):
         case DisplayMode.LEFT:
-            picture = beside
+            picture = grey
         case DisplayMode.BOTH:
-            picture = np.hstack([whole[:height // 2 * 2:2, :width // 2 * 2:2] for whole in (picture, beside)])
+            picture = np.hstack([whole[:height // 2 * 2:2, :width // 2 * 2:2] for whole in (picture, grey)])
     screen = np.zeros((display.height, display.width, 3), dtype=np.uint8)
     screen[lines.start:lines.stop, columns.start:columns.stop] = picture
     return screen

@@ -1,5 +1,4 @@
-"""Cameras that drift, for hours: the rule of :mod:`golden.video.pairing` run from event to event, and its promises checked on what it
-did."""
+"""Event simulation of hours of drifting cameras under the rule of :mod:`golden.video.pairing`, and a check of its guarantees."""
 
 import heapq
 from collections.abc import Iterable, Iterator
@@ -23,8 +22,8 @@ _NEVER = np.iinfo(np.int64).max
 class Frames(NamedTuple):
     """Frames of one camera, in order of time.
 
-    ``begins``, ``ends``: clocks of the first pixel, and of the last word accepted by the memory or of the frame's abandonment.
-    ``complete``: which of the two it was. A frame begins after the one before has ended, or in the same clock.
+    ``begins``: clocks of the first pixel. ``ends``: clocks in which the memory accepts the last word, or in which the frame is abandoned.
+    ``complete``: which of the two. A frame begins after the one before has ended, or in the same clock.
     """
     begins: Integers
     ends: Integers
@@ -33,23 +32,23 @@ class Frames(NamedTuple):
 
 def camera_frames(seconds: float, clock_hz: int, *, camera: CameraFormat = PAL, ppm: float = 0.0, start: float = 0.0,
                   jitter: float = 0.0, lost: Iterable[tuple[float, float]] = (), rng: np.random.Generator | None = None) -> Frames:
-    """What a camera sends.
+    """The frames that a camera sends.
 
     Parameters
     ----------
     seconds : float
-        Time from the start of the system.
+        Duration from the start of the system.
     clock_hz : int
-        Of the control, which times are counted in.
+        Frequency of the control, in whose clocks times are counted.
     camera : :class:`CameraFormat`
     ppm : float
-        How much longer than nominal its period is, in millionths.
+        Deviation of its period from nominal, in millionths; positive is longer.
     start : float
-        When its first frame begins, in periods.
+        Beginning of its first frame, in periods.
     jitter : float
-        Each frame begins up to so many periods earlier or later; below what blanking leaves between frames.
+        Each frame begins up to so many periods earlier or later; less than the blanking between frames.
     lost : iterable of (float, float)
-        Seconds from and to which no signal comes. A frame that this cuts at its end is abandoned; one cut at its begin is not seen.
+        Intervals without a signal, in seconds. A frame whose end is lost is abandoned; one whose beginning is lost is not seen.
     rng : :class:`numpy.random.Generator`
         For the jitter.
     """
@@ -75,14 +74,14 @@ def camera_frames(seconds: float, clock_hz: int, *, camera: CameraFormat = PAL, 
 
 @dataclass(frozen=True)
 class Trace:
-    """What the control did. Times are clocks; -1 is for what did not come about.
+    """Record of a simulation. Times are clocks, -1 for events that did not happen.
 
-    ``frames``: of either camera. ``buffers``: what each was put into, -1 if it was skipped.
+    ``frames``: of either camera. ``buffers``: the buffer of each frame, -1 if it was skipped.
 
-    Of each pair: ``numbers``, of its left and right frames; ``slots``, of its pictures; ``started``; ``read``, its last pixel;
-    ``finished``, its pictures; ``shown``, the fetch from which on they were.
+    Of each pair: ``numbers`` of its left and right frames; ``slots`` of its pictures; and the times when it was ``started``, when its last
+    pixel was ``read``, when its pictures were ``finished``, and of the fetch from which on they were ``shown``.
 
-    ``control``: as it was left, with its counters.
+    ``control``: its final state, with its counters.
     """
     frames: tuple[Frames, Frames]
     buffers: tuple[Integers, Integers]
@@ -95,30 +94,30 @@ class Trace:
     control: Pairing
 
 
-# What happens besides the cameras' events, in the order of one clock.
+# Events other than the cameras', in their order within a clock.
 _DECIDE, _DONE, _FINISH, _FETCH = range(4)
 
 
 def simulate(left: Frames, right: Frames, control: Pairing, read: int | Integers, fetch: int, *, first_fetch: int = 0,
              after_read: int = 0) -> Trace:
-    """Run the control to the cameras' last event, from event to event.
+    """Simulate the control from event to event, up to the cameras' last one.
 
     Parameters
     ----------
     left, right : :class:`Frames`
     control : :class:`Pairing`
     read : int or array of int
-        Clocks that a pair is read for, at least 1; of an array, each pair takes the next one, round and round.
+        Clocks in which a pair is read, at least 1; the values of an array are used in turn, again and again.
     fetch, first_fetch : int
-        Clocks from one fetch of the display to the next, and until the first.
+        Clocks between two fetches of the display, and until the first one.
     after_read : int
         Clocks from the last pixel read until the pictures are complete.
     """
     reads = np.atleast_1d(np.asarray(read, dtype=np.int64)).tolist()
     cameras, pictures = control.cameras, control.pictures
     buffers: tuple[list[int], list[int]] = ([], [])
-    pairs: list[list[int]] = []             # a row each: two numbers, slot, four times
-    newest = [-1, -1]                       # frame that each camera's latest buffer holds
+    pairs: list[list[int]] = []             # rows of two frame numbers, slot, four times
+    newest = [-1, -1]                       # frame in each camera's latest buffer
     pending: list[tuple[int, int]] = []
 
     def look(now: int) -> None:
@@ -165,7 +164,7 @@ def simulate(left: Frames, right: Frames, control: Pairing, read: int | Integers
 
 
 def _events(left: Frames, right: Frames) -> Iterator[tuple[int, bool, int, int, bool]]:
-    """Time, whether a frame begins, camera, frame, whether it was complete: in order of time; in a clock, frames end, then they begin."""
+    """Time, whether a frame begins, camera, frame, whether it is complete; in order of time, within a clock ends before beginnings."""
     rows = [np.stack([times, np.full(len(times), begins), np.full(len(times), side), np.arange(len(times)), frames.complete])
             for begins in (0, 1) for side, frames in enumerate((left, right)) for times in [frames.begins if begins else frames.ends]]
     table = np.concatenate(rows, axis=1)
@@ -173,7 +172,7 @@ def _events(left: Frames, right: Frames) -> Iterator[tuple[int, bool, int, int, 
 
 
 def violations(trace: Trace) -> list[str]:
-    """Promises that were not kept, in words; found from the times of the trace, not by the rule."""
+    """Guarantees that were violated, in words; derived from the times of the trace, not from the rule."""
     window, life = trace.control.window, trace.control.life
     found = []
 
@@ -195,7 +194,7 @@ def violations(trace: Trace) -> list[str]:
         overwritten = _next_use(buffers, frames.begins)[number]
         demand(overwritten >= read, f"its {camera} frame was overwritten while it was read")
 
-    # A slot is shown from a fetch to the next one that turned to another picture.
+    # A slot is shown from a fetch to the next one that switched to another picture.
     turns = np.append(np.sort(shown), _NEVER)
     replaced = turns[np.searchsorted(turns, shown, side="right").clip(max=len(turns) - 1)]
     demand((_next_use(trace.slots, trace.started) >= replaced) | (shown == _NEVER), "its picture was overwritten while it was shown")
@@ -205,7 +204,7 @@ def violations(trace: Trace) -> list[str]:
 
 
 def _next_use(buffers: Integers, times: Integers) -> Integers:
-    """When the buffer of each frame is next written."""
+    """Time of the next write to the buffer of each frame."""
     result = np.full(len(buffers), _NEVER)
     for buffer in np.unique(buffers[buffers >= 0]):
         users = np.flatnonzero(buffers == buffer)
@@ -229,7 +228,7 @@ class Figures:
 
 
 def figures(trace: Trace) -> Figures:
-    """What a trace comes to; it must have two pairs at least."""
+    """The figures of a trace, which must have at least two pairs."""
     left, right = (frames.begins[number] for frames, number in zip(trace.frames, trace.numbers, strict=True))
     cameras = trace.control.cameras
     return Figures(
@@ -239,13 +238,13 @@ def figures(trace: Trace) -> Figures:
 
 
 def all_phases(buffers: int, read: float, *, clock_hz: int = 75_000_000, ppm: float = 300.0, camera: CameraFormat = PAL) -> Trace:
-    """Cameras that slip by one frame against each other, so that each phase comes: what a reading time of ``read`` periods does to them.
+    """Simulate cameras that drift by one frame against each other, through every phase, with a reading time of ``read`` periods.
 
-    The display is the slowest, 50 frames a second.
+    The display is the slowest one, 50 frames a second.
 
     Examples
     --------
-    Double buffers are enough up to 3/8 of a period, and what blanking adds:
+    Double buffers are enough up to 3/8 of a period, slightly more thanks to blanking:
 
     >>> [figures(all_phases(2, read)).skipped for read in (0.375, 0.41, 0.42, 0.6)]
     [(0, 0), (0, 0), (1, 0), (104, 103)]

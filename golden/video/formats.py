@@ -1,4 +1,4 @@
-"""Video formats: what cameras send and what monitors show. The vocabulary of gateware, models and boards."""
+"""Video formats of cameras and monitors, shared by gateware, models and boards."""
 
 from dataclasses import dataclass
 
@@ -21,7 +21,7 @@ class CameraFormat:
     blanking : int
         Bytes between EAV and SAV.
     before_top, after_top, before_bottom, after_bottom : int
-        Blank lines (``V`` = 1) of each field before and after its active ones, as the ``F`` bit divides them.
+        Blank lines (``V`` = 1) of each field before and after its active ones, where the ``F`` bit is that of the field.
     byte_clock_hz : int
         Nominal rate of the bytes.
     """

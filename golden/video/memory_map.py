@@ -1,4 +1,4 @@
-"""Where pictures lie in the memory: words, lines, planes, buffers."""
+"""Layout of the pictures in memory: words, lines, buffers, planes."""
 
 import enum
 from dataclasses import dataclass
@@ -11,13 +11,13 @@ from numpy.typing import NDArray
 __all__ = ["ADDRESS_BITS", "WORD_BYTES", "MemoryMap", "Plane"]
 
 
-#: The memory controller's local interface: 128 bits a word, half rate of a 32-bit DDR2 memory of 128 MB.
+#: The memory controller's local interface: words of 128 bits, at half rate of a 32-bit DDR2 memory of 128 MB.
 WORD_BYTES = 16
 ADDRESS_BITS = 23
 
 
 class Plane(enum.IntEnum):
-    """What a picture in memory is: a camera's picture, or one of the two halves of a slot that the monitor shows."""
+    """Kinds of pictures in memory: those of the two cameras, and the two planes of a slot that the monitor shows."""
     LEFT = 0
     RIGHT = 1
     DISPARITY = 2
@@ -26,11 +26,10 @@ class Plane(enum.IntEnum):
 
 @dataclass(frozen=True)
 class MemoryMap:
-    """Pictures of one byte a pixel, 16 pixels a word, the first in the lowest byte.
+    """Pictures of one byte a pixel, 16 pixels a word, the first one in the lowest byte.
 
-    A line begins at a multiple of :attr:`pitch` words, a power of two, so that an address is put together without an adder and a burst
-    never crosses a row of the memory. Lines follow one another without a gap, then the buffers of a plane, then the planes in the order
-    of :class:`Plane`.
+    A line begins at a multiple of :attr:`pitch` words, a power of two, so that an address is a concatenation and a burst never crosses a
+    row of the memory. Lines are stored without gaps, likewise the buffers of a plane, and the planes in the order of :class:`Plane`.
 
     Parameters
     ----------
@@ -50,11 +49,11 @@ class MemoryMap:
                 raise ValueError(f"{name} must be a whole number from {limits[0]} to {limits[-1]}, not {value!r}")
         if self.total_words > 2**ADDRESS_BITS:
             raise ValueError(f"{len(Plane) * self.buffers} pictures of {self.width}x{self.height} take {self.total_words} words of memory, "
-                             f"and it has {2**ADDRESS_BITS}: choose a smaller picture or fewer buffers than {self.buffers}")
+                             f"which has {2**ADDRESS_BITS}: choose a smaller picture or fewer buffers than {self.buffers}")
 
     @property
     def line_words(self) -> int:
-        """Words that hold a line; the last one is padded."""
+        """Words of a line; the last one is padded."""
         return -(-self.width // WORD_BYTES)
 
     @property
@@ -92,7 +91,7 @@ class MemoryMap:
                 for y, row in enumerate(padded) for n in range(self.line_words)}
 
     def picture(self, words: dict[int, int]) -> NDArray[np.uint8]:
-        """The picture that :meth:`words` made into words; what is in the padding does not matter."""
+        """The picture of which :meth:`words` made the words; padding is ignored."""
         lines = [b"".join(words[y * self.pitch + n].to_bytes(WORD_BYTES, "little") for n in range(self.line_words))[:self.width]
                  for y in range(self.height)]
         return np.frombuffer(b"".join(lines), np.uint8).reshape(self.height, self.width)

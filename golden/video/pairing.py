@@ -1,25 +1,24 @@
 """The frame store's rule: which buffer a camera fills, which two frames are a pair, which picture is shown.
 
-**Frames.** Of each camera the *latest* frame counts: complete, in no pair yet, until a newer one is complete or it is ``life`` clocks
-old. The latest frames of both cameras are a pair if they began no more than ``window`` clocks apart, no other pair is being read, the
-pictures of the pair before are finished, and a slot for new ones is free. Otherwise they wait.
+**Frames.** The *latest* frame of a camera is complete and not yet in a pair; it is replaced when a newer one is complete, and expires when
+it is ``life`` clocks old. The latest frames of both cameras are a pair if they began no more than ``window`` clocks apart, no other pair is
+being read, the pictures of the pair before are finished, and a slot for new ones is free. Otherwise they wait.
 
-**Buffers.** A frame that begins gets the lowest buffer that is neither read nor holds the latest frame. If there is none it is skipped:
-giving up the latest frame for it would lose more pairs where a pair is read too slowly for double buffers (in 3/4 of a period: 18 of 100,
-not 12).
+**Buffers.** A frame that begins gets the lowest buffer that is neither being read nor holds the latest frame. If there is none it is
+skipped: giving up the latest frame instead would lose more pairs where reading is too slow for double buffers (with a reading time of 3/4
+of a period 18 of 100, not 12).
 
-**Slots.** A shown picture has two planes, disparity and left grey, written side by side into a slot. It is complete when both are,
-abandoned if either is. The display locks a slot from one fetch to the next, and each fetch turns to the latest complete picture.
+**Slots.** A shown picture has two planes, disparity and left grey, written in parallel into a slot. It is complete when both are, and
+abandoned if either is. The display locks a slot from one fetch to the next, and each fetch switches to the latest complete picture.
 
-**Why** a window of 5/8 of a period: from 1/2 on, every frame of the slower camera has a partner whatever the phase. The eighth beyond
-is hysteresis: once the phase has drifted past it, frames pair the other way round, 3/8 apart, and jitter does not throw them back. And a
-frame waits 5/8 of a period for its partner at most. It is read by then in two periods less the time that a frame takes to fill a buffer,
-less those 5/8: so double buffers are enough for a reading time of 3/8 of a period (:func:`buffers_needed`).
+**Why** a window of 5/8 of a period: from 1/2 on, every frame of the slower camera has a partner at any phase. The additional eighth is
+hysteresis: once the phase has drifted past it, frames pair the other way round, 3/8 apart, and jitter does not reverse that. A frame waits
+at most 5/8 of a period for its partner, and must then be read before its buffer is needed again: within two periods, less the time in
+which a frame fills a buffer, less those 5/8. So double buffers are enough for a reading time of 3/8 of a period (:func:`buffers_needed`).
 
-What the rule promises, and :func:`golden.video.drift.violations` checks: no buffer is written while it is read or shown; frames of a pair
-are
-never more than ``window``, hence never more than a period apart; each is used once at most, and in order; none is older than ``life``,
-whatever cameras and memory did; the shown picture changes at a fetch only.
+Guarantees, checked by :func:`golden.video.drift.violations`: no buffer is written while it is read or shown; frames of a pair began no
+more than ``window`` apart, hence less than a period; each is used once at most, and in order; none is older than ``life``, whatever
+cameras and memory do; the shown picture changes at a fetch only.
 
 Times are whole clocks.
 """
@@ -36,7 +35,7 @@ __all__ = ["CAMERAS", "LIVES", "PLANES", "WINDOW", "Pair", "Pairing", "buffers_n
 
 #: Greatest time between the beginnings of a pair's frames, in frame periods.
 WINDOW = Fraction(5, 8)
-#: Age at which a frame that found no partner is given up, in windows: 2.5 periods. Only a lost camera or a stalled memory gets there.
+#: Age at which a frame without a partner expires, in windows: 2.5 periods. Only a lost camera or a stalled memory leads to it.
 LIVES = 4
 
 #: Writers of frames, and of the two planes of shown pictures, by the names of the gateware's interfaces.
@@ -45,7 +44,7 @@ PLANES = ("disparity_plane", "left_plane")
 
 
 class Pair(NamedTuple):
-    """Buffers that a pair is read from, slot of its picture."""
+    """Buffers of a pair's frames, and the slot of its picture."""
     left: int
     right: int
     slot: int
@@ -79,7 +78,7 @@ class Pairing:
         self.pairs = 0
 
     def decide(self, now: int) -> Pair | None:
-        """Start a pair if the state before clock ``now`` allows one."""
+        """Start a pair if the state before clock ``now`` allows it."""
         left, right = self.cameras
         if self.hold or self.reading or left.latest is None or right.latest is None:
             return None
@@ -98,7 +97,7 @@ class Pairing:
         return pair
 
     def done(self, now: int) -> None:
-        """The pair has been read; nothing if none is."""
+        """The pair has been read; no effect if none is being read."""
         if self.reading:
             self.reading = False
             self.read_at = now
@@ -106,9 +105,9 @@ class Pairing:
                 camera.reading = None
 
     def clock(self, now: int, events: Collection[str] = ()) -> Pair | None:
-        """One clock, for whoever goes through all of them.
+        """Simulate one clock; to be called for each.
 
-        What happens in one clock happens in this order:
+        Events of one clock are processed in this order:
 
         1. a pair starts, if the state before allows it; a pair is read (``done``), if it started before
         2. frames expire; a picture is given up if it is not finished ``life`` clocks after its pair was read
@@ -116,12 +115,12 @@ class Pairing:
         4. frames ``begin``
         5. planes end, then planes ``begin``, the picture may thereby be finished
         6. the display's ``fetch``
-        7. ``hold`` or ``release``: what counts from the next clock on
+        7. ``hold`` or ``release``, which take effect in the next clock
 
         Parameters
         ----------
         now : int
-            One more than in the call before.
+            One more than in the previous call.
         events : collection of str
             ``"done"``, ``"fetch"``, ``"hold"``, ``"release"``, and ``begin``, ``complete``, ``abandoned`` of each writer after its name
             and a dot: ``"left_camera.begin"``.
@@ -129,7 +128,7 @@ class Pairing:
         Returns
         -------
         :class:`Pair` or None
-            The pair that starts in this clock; the gateware tells it in the next one.
+            The pair that starts in this clock; the gateware's ``start`` is a clock later.
         """
         give_up = self.pictures.writing is not None and not self.reading and now - self.read_at >= self.life
         pair = self.decide(now)
@@ -143,7 +142,7 @@ class Pairing:
                 camera.end(now, f"{name}.abandoned" not in events)
             if f"{name}.begin" in events:
                 camera.begin(now)
-        # What a plane says in the clock of the start is not of this pair: the start is told in the next one.
+        # Events of a plane in the clock of the start do not belong to this pair: ``start`` is a clock later.
         for plane, name in enumerate(PLANES if pair is None else ()):
             if f"{name}.abandoned" in events or f"{name}.complete" in events:
                 self.pictures.end(plane, f"{name}.abandoned" not in events)
@@ -158,7 +157,7 @@ class Pairing:
 
 
 def check_window(window: Fraction | float) -> None:
-    """Raise :class:`ValueError` unless ``window`` can be one, in frame periods."""
+    """Raise :class:`ValueError` unless ``window``, in frame periods, is valid."""
     if not 0 < window < 1:
         raise ValueError(f"the window of a pair must be above 0 and below 1 frame, not {window}")
 
@@ -166,8 +165,8 @@ def check_window(window: Fraction | float) -> None:
 def buffers_needed(read_seconds: float, period_seconds: float, window: Fraction | float = WINDOW) -> int:
     """Buffers for each picture with which no frame is skipped, whatever the phase of the cameras.
 
-    Counts a whole period for a frame to fill its buffer, a little more than it takes. The display must fetch twice a period: else a pair
-    waits for a slot.
+    Assumes that a frame takes a whole period to fill its buffer, slightly more than it does. The display must fetch at least twice a
+    period: otherwise a pair waits for a slot.
 
     Parameters
     ----------

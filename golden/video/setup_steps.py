@@ -1,6 +1,6 @@
-"""How the video chips are set up: pins and registers, step by step, as data.
+"""Set-up of the video chips as data: pins and registers, step by step.
 
-The gateware's tables are made of these lists, and they tell in words which step failed. Registers and values are bytes.
+The gateware's tables are made from these steps, and the console describes a failed step by them. Registers and values are bytes.
 """
 
 import enum
@@ -12,10 +12,11 @@ __all__ = ["Chip", "Drive", "Failure", "Lock", "Poll", "Step", "TFP410", "TFP410
 
 
 class Failure(enum.IntEnum):
-    """Why a step of a set-up failed, as the status registers tell it.
+    """Reason for which a step of a set-up failed, as in the status registers.
 
-    ``NO_ACKNOWLEDGE``: nobody took a byte. ``CLOCK_HELD``: SCL stayed low for longer than any chip may stretch it. ``DATA_HELD``: SDA was
-    low where nobody should pull it, and clocking did not free it. ``NOT_READY``: a register did not read what it should in the time it has.
+    ``NO_ACKNOWLEDGE``: a byte was not acknowledged. ``CLOCK_HELD``: SCL stayed low for longer than a chip may stretch it. ``DATA_HELD``:
+    SDA stayed low although the bus should be free, clock pulses notwithstanding. ``NOT_READY``: a register did not read as expected in
+    time.
     """
     NONE = 0
     NO_ACKNOWLEDGE = 1
@@ -41,9 +42,9 @@ class Step:
     Parameters
     ----------
     what : str
-        The part of the chip that it is about.
+        The part of the chip concerned.
     seconds : float
-        How long it is tried again if it does not succeed; with 0, it is tried once.
+        Time for which it is repeated until it succeeds; with 0 it is tried once.
     """
     what: str
     seconds: float
@@ -101,7 +102,7 @@ class Poll(Step):
 
 @dataclass(frozen=True)
 class Lock(Poll):
-    """Read a register once; ``read & mask == value`` tells whether ``channel`` is locked, either is well."""
+    """Read a register once; ``read & mask == value`` tells whether ``channel`` is locked. Unlocked is no failure."""
     channel: int = 0
 
     @property
@@ -111,7 +112,7 @@ class Lock(Poll):
 
 @dataclass(frozen=True)
 class Chip:
-    """A chip on an I2C bus of its own.
+    """A chip, the only one on its I2C bus.
 
     Parameters
     ----------
@@ -120,15 +121,15 @@ class Chip:
     address : int
         Seven bits.
     pins : tuple of str
-        Its pins that the set-up drives.
+        Pins that the set-up drives.
     setup : tuple of Step
-        From power-on to work. The first one drives the pins if there are any; its levels are those out of reset.
+        From power-on to operation. The first one drives the pins if there are any; its levels are those after reset.
     watch : tuple of Step
-        Walked over and over once the set-up is done. If one fails, the set-up begins again.
+        Repeated periodically once the set-up is done. If one fails, the set-up is repeated.
     channels : int
-        Locks that ``watch`` tells.
+        Number of locks that ``watch`` reports.
     restart : bool
-        A register is read with a repeated start; if not, with a stop and a start.
+        A register is read with a repeated start; otherwise with a stop and a start.
     """
     name: str
     address: int
@@ -151,7 +152,7 @@ class Chip:
 
     @property
     def steps(self) -> tuple[Step, ...]:
-        """All steps; the number of a step, in status registers and messages, is its place here."""
+        """All steps; the number of a step in status registers and messages is its index here."""
         return self.setup + self.watch
 
     def explain(self, step: int, failure: int) -> str:
@@ -165,15 +166,15 @@ class Chip:
         return f"{self.name}, step {step} ({self.steps[step].text}): {Failure(failure).text}"
 
 
-# How long a decoder's processor may take to start: not in any fact, hence generous.
+# Time in which a decoder's processor starts: not documented, hence generous.
 _START_SECONDS = 0.5
 
-# While the chip is watched, a transfer that goes wrong once is no reason to set it up again: that costs pictures.
+# A single failed transfer is no reason to repeat the set-up, which costs pictures.
 _WATCH_SECONDS = 0.01
 
 
 def _decoder_restart(mask: int) -> tuple[Step, ...]:
-    """Restart a decoder's processor and wait until its device identification, 54, shows."""
+    """Restart a decoder's processor and wait until its device identification reads 54."""
     what = f"decoder {mask.bit_length()}"
     return (
         Write(what, 0, 0xFE, mask),
@@ -186,7 +187,7 @@ def _decoder_restart(mask: int) -> tuple[Step, ...]:
 def _decoder_settings(mask: int) -> tuple[Step, ...]:
     """Restart once more, then: outputs on; no scaler, with SAV and EAV; stable syncs; composite input A.
 
-    The wait after the restart is ours: what is written while the processor starts may be lost.
+    Waiting after the restart is our choice: writes while the processor starts may be lost.
     """
     what = f"decoder {mask.bit_length()}"
     return (
@@ -199,7 +200,7 @@ def _decoder_settings(mask: int) -> tuple[Step, ...]:
 
 
 def _decoder_watch(mask: int) -> tuple[Step, ...]:
-    """Lock of a decoder, both to lines and to fields. One whose outputs are off has been reset behind our back."""
+    """Lock of a decoder, both to lines and to fields. If its outputs are off, it was reset without our doing."""
     what = f"decoder {mask.bit_length()}"
     return (
         Write(what, _WATCH_SECONDS, 0xFF, mask),
@@ -208,11 +209,11 @@ def _decoder_watch(mask: int) -> tuple[Step, ...]:
     )
 
 
-#: The four decoders of the camera card, of which two are used; a write goes to those in the mask FE, a read to the one in FF. All four
-#: are restarted, as the chip's makers do.
+#: The four decoders of the camera card, of which two are used; mask FE selects those that are written, FF the one that is read. All four
+#: are restarted, as the manufacturer's code does.
 #:
-#: Reset as the TVP5150 wants it, which has the same core (its data sheet, and Linux's driver): 20 ms after power-down is released RESETB
-#: falls for 500 ns at least, and the bus works 200 us after that. RESETB must not be low while PDN is.
+#: Reset follows the TVP5150, which has the same core (its data sheet, and Linux's driver): 20 ms after power-down is released RESETB is
+#: low for at least 500 ns, and the bus works 200 us later. RESETB must not be low while PDN is.
 #:
 #: A register is read with a stop between its address and its data (TI SLES163A, page 17).
 TVP5154 = Chip(
@@ -232,11 +233,11 @@ TVP5154 = Chip(
 )
 
 #: The transmitter of the DVI card, set up by I2C. A low pulse of ISEL resets its registers, and is needed after power-on (TI SLDS145D,
-#: section 6.4.4). BF: syncs on, 24 bits, data latched at the rising edge of IDCK+, powered up. Bit 7 means nothing.
+#: section 6.4.4). BF: syncs on, 24 bits, data latched at the rising edge of IDCK+, powered up. Bit 7 has no meaning.
 #:
-#: This is the choice: with ISEL low the latching edge is what the EDGE pin says, which is also the monitor's hot plug signal and which the
-#: FPGA does not drive, so that the phase of the clock to send would be a guess. Here it is known, it is read back, and a chip that does
-#: not answer shows in the status.
+#: I2C was chosen because with ISEL low the latching edge follows the EDGE pin, which is also the monitor's hot plug signal and which the
+#: FPGA does not drive: the phase of the clock would be a guess. By I2C it is known and read back, and a chip that does not respond shows
+#: in the status.
 TFP410 = Chip(
     name="TFP410",
     address=0x70 >> 1,

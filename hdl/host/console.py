@@ -1,4 +1,4 @@
-"""`python -m hdl.host.console`: the parameters of a running system, its status and its counters, over its serial line."""
+"""`python -m hdl.host.console`: settings, status and counters of a running system, over its serial line."""
 
 import functools
 import os
@@ -29,11 +29,11 @@ class Transport(Protocol):
         """Send bytes."""
 
     def read(self, count: int, seconds: float) -> bytes:
-        """Up to ``count`` bytes: fewer if the others do not come within ``seconds``."""
+        """Up to ``count`` bytes; fewer if the others are not received within ``seconds``."""
 
 
 class SerialPort:
-    """A serial port of this machine as a :class:`Transport`; closed as its context ends."""
+    """A serial port of this machine as a :class:`Transport`; closed when its context ends."""
 
     def __init__(self, port: str, baud: int) -> None:
         try:
@@ -55,7 +55,7 @@ class SerialPort:
         self._line.close()
 
     def _lost(self, error: OSError) -> UserError:
-        return UserError(f"the serial port {self.port} is gone: {error}; plug it in again")
+        return UserError(f"the serial port {self.port} is lost: {error}; plug it in again")
 
     def write(self, data: bytes) -> None:
         try:
@@ -72,22 +72,22 @@ class SerialPort:
 
 
 class Chip:
-    """The registers at the other end of a line; what is lost or garbled is asked for again.
+    """The registers at the other end of a line; a request whose reply is lost or garbled is repeated.
 
     Parameters
     ----------
     transport : Transport
     answer_seconds : float
-        How long an answer may take.
+        Longest time until a reply.
 
     Attributes
     ----------
     registers : RegisterMap
-        Those of the system that answered.
+        Register map of the system that answered.
     """
     ATTEMPTS = 4
 
-    #: Bytes of noise before an answer that are searched for it.
+    #: Bytes, noise among them, that are searched for a reply.
     NOISE_BYTES = 64
 
     def __init__(self, transport: Transport, answer_seconds: float = 0.2) -> None:
@@ -96,7 +96,7 @@ class Chip:
         self.registers: RegisterMap = register_map()
         identity, version = self.read("identity"), self.read("version")
         if identity != IDENTITY:
-            raise UserError(f"what answers is no stereo system: its identity is {identity}, not {IDENTITY}; choose another --port")
+            raise UserError(f"the port's device is no stereo system: its identity is {identity}, not {IDENTITY}; choose another --port")
         if version != VERSION:
             raise UserError(f"the chip has version {version} of the register map, this console version {VERSION}; "
                             "use the console that came with the chip's build")
@@ -116,13 +116,13 @@ class Chip:
         self._value(name, Operation.WRITE, value)
 
     def _value(self, name: str, operation: Operation, value: int) -> int:
-        reply = self.ask(Request(operation, self.registers[name].address, value))
+        reply = self.transact(Request(operation, self.registers[name].address, value))
         if reply.status is not Status.OK:
             raise UserError(f"the chip refuses to {operation.name.lower()} {name}: {reply.status.name.lower().replace('_', ' ')}; "
                             "use the console that came with the chip's build")
         return reply.value
 
-    def ask(self, request: Request) -> Reply:
+    def transact(self, request: Request) -> Reply:
         """The chip's reply; :class:`UserError` if there is none, or only garbled ones."""
         problems = []
         for attempt in range(self.ATTEMPTS):
@@ -144,13 +144,13 @@ class Chip:
         raise UserError(f"no good answer in {self.ATTEMPTS} attempts ({', '.join(problems)}); check the wires and --baud")
 
     def _drop(self, seconds: float) -> None:
-        """Take what comes until nothing does for ``seconds``, or for too long."""
+        """Discard bytes until none is received for ``seconds``; gives up after a while."""
         for _ in range(16):
             if not self._transport.read(self.NOISE_BYTES, seconds):
                 return
 
     def _listen(self) -> tuple[Reply | None, bool]:
-        """A reply, if one comes, and whether anything has."""
+        """A reply, if there is one, and whether any byte was received."""
         data = b""
         reply = None
         while reply is None and len(data) < self.NOISE_BYTES:
@@ -222,11 +222,11 @@ def _watch(chip: Chip, interval: float, count: int | None) -> None:
                 time.sleep(interval)
                 live.update(table(), refresh=True)
     except KeyboardInterrupt:
-        return  # how a watch ends
+        return  # the usual end of a watch
 
 
 def _list() -> None:
-    table = Table(caption="in_use and its greatest value follow the build", caption_justify="left")
+    table = Table(caption="the reset value and the maximum of in_use depend on the build", caption_justify="left")
     for column in ("register", "access", "values", "unit", "meaning"):
         table.add_column(column)
     for register in register_map():
@@ -234,7 +234,7 @@ def _list() -> None:
     Console().print(table)
 
 
-# What the numbers of the command line may be.
+# Limits of the numbers on the command line.
 _LIMITS = {"baud": (1, 4_000_000), "timeout": (0.001, 60), "interval": (0, 3600), "count": (1, 10**9)}
 
 
@@ -242,15 +242,15 @@ def _parser() -> Parser:
     parser = Parser(prog="python -m hdl.host.console", description=__doc__)
     parser.add_argument("--port", metavar="PORT", help="serial port, such as /dev/ttyUSB0 or COM3; for all commands but list")
     parser.add_argument("--baud", type=int, default=BAUD, metavar="BAUD", help="bits a second (default: %(default)s)")
-    parser.add_argument("--timeout", type=float, default=0.2, metavar="S", help="seconds that an answer may take (default: %(default)s)")
+    parser.add_argument("--timeout", type=float, default=0.2, metavar="S", help="longest wait for a reply, seconds (default: %(default)s)")
     commands = parser.add_subparsers(dest="command", required=True, metavar="get|set|watch|list")
     get = commands.add_parser("get", help="print registers")
     get.add_argument("names", nargs="+", metavar="NAME")
-    assign = commands.add_parser("set", help="write parameters and actions; a parameter takes effect at a frame's start")
+    assign = commands.add_parser("set", help="write settings and actions; a setting takes effect at a frame's start")
     assign.add_argument("assignments", nargs="+", metavar="NAME=VALUE")
     watch = commands.add_parser("watch", help="show status and counters until interrupted")
-    watch.add_argument("--interval", type=float, default=1.0, metavar="S", help="seconds between two looks (default: %(default)s)")
-    watch.add_argument("--count", type=int, metavar="N", help="end after N looks")
+    watch.add_argument("--interval", type=float, default=1.0, metavar="S", help="seconds between two readings (default: %(default)s)")
+    watch.add_argument("--count", type=int, metavar="N", help="end after N readings")
     commands.add_parser("list", help="show all registers; needs no port")
     return parser
 

@@ -1,11 +1,12 @@
-"""Registers behind the serial line: the parameters that the host sets, the status and the counters that it reads."""
+"""The host's registers and their serial line: settings that the host writes, status and counters that it reads."""
 
 from amaranth import *
+from amaranth.hdl import ValueLike
 from amaranth.lib import data, stream, wiring
 from amaranth.lib.wiring import In, Out
 
 from golden.host.protocol import BAUD, FRAME_BYTES, FRAME_SECONDS, REPLY_SYNC, REQUEST_SYNC, Operation, Status
-from golden.host.registers import COUNT_MAX, Kind, RegisterMap
+from golden.host.registers import COUNT_MAX, Kind, Register, RegisterMap
 
 from ..parts.uart import UartReceiver, UartTransmitter
 
@@ -13,7 +14,7 @@ from ..parts.uart import UartReceiver, UartTransmitter
 __all__ = ["ActionLayout", "ParameterLayout", "RegisterFile", "SerialRegisters", "StatusLayout"]
 
 
-# What the register file counts itself, and what clears it.
+# The counter that the register file contains, and the action that clears it.
 _ERRORS = "uart_errors"
 _CLEAR = "clear_counters"
 
@@ -31,56 +32,56 @@ class ActionLayout(data.StructLayout):
 
 
 class StatusLayout(data.StructLayout):
-    """Each status and each counter that other blocks give, under its name."""
+    """Each status and each counter of other blocks, under its name."""
     def __init__(self, registers: RegisterMap):
         given = [register for register in registers.of(Kind.STATUS, Kind.COUNTER) if register.name != _ERRORS]
         super().__init__({register.name: register.width for register in given})
 
 
 class RegisterFile(wiring.Component):
-    """Answers requests; holds the parameters. Protocol and map: docs/registers.md.
+    """Answers the host's requests and holds the settings. Protocol and map: docs/registers.md.
 
     Golden: :func:`golden.host.registers.answer`.
 
-    A request of six bytes begins with a sync byte; others before it are passed over. Its value is read, or written, in one cycle:
-    16 bits are never torn. A request is dropped if its next byte does not come within ``timeout`` cycles, or if ``line_error`` says that a
-    byte was lost; whatever the line has brought, what comes after such a silence is read from its beginning.
+    A request of six bytes begins with a sync byte; bytes before it are skipped. Its value is read, or written, in one cycle: all 16 bits
+    are of the same moment. A request is dropped if its next byte is not received within ``timeout`` cycles, or if ``line_error`` tells that
+    a byte was lost; after such a pause the next byte is the first one of a request.
 
-    ``uart_errors`` counts bytes passed over, bad sums, time-outs and line errors, one a cycle at most, stays at its greatest value, and is
-    set to 0 by ``clear_counters``.
+    ``uart_errors`` counts skipped bytes, bad sums, time-outs and line errors, at most one a cycle, holds its greatest value, and is set to
+    0 by ``clear_counters``.
 
-    Timing: a reply begins 3 cycles after the request's last byte is taken, with the value of the first of them, and leaves a byte a cycle;
-    no byte is taken until all of it is. An action is high in the cycle before the reply begins; a parameter has its new value from the
-    cycle after on. No combinational path from ``i`` to ``o`` or back.
+    Timing: a reply begins 3 cycles after the request's last byte was accepted, with the value of the first of these cycles, and is sent a
+    byte a cycle; no byte is accepted until all of it is sent. An action is high in the cycle before the reply begins; a setting changes
+    in the cycle after. There is no combinational path from ``i`` to ``o`` or back.
 
     Parameters
     ----------
     registers : RegisterMap
-        With ``uart_errors`` and ``clear_counters`` among them.
+        Must contain ``uart_errors`` and ``clear_counters``.
     timeout : int
-        Cycles; what :data:`golden.host.protocol.FRAME_SECONDS` makes of the clock.
+        Cycles; :data:`golden.host.protocol.FRAME_SECONDS` at the clock's frequency.
 
     Members
     -------
     i, o : stream.Signature(8)
         Bytes from and to the line.
     line_error : In(1)
-        High for a cycle: a byte of the line was lost.
+        One cycle: a byte of the line was lost.
     params : Out(ParameterLayout(registers))
-        May change in any cycle; to be sampled at a frame's start.
+        May change in any cycle; to be sampled at the start of a frame.
     actions : Out(ActionLayout(registers))
         High for one cycle each.
     status : In(StatusLayout(registers))
         May change in any cycle.
     errors : Out(range(COUNT_MAX + 1))
-        What ``uart_errors`` reads as.
+        Value of ``uart_errors``.
     """
-    def __init__(self, registers: RegisterMap, timeout):
+    def __init__(self, registers: RegisterMap, timeout: int):
         if timeout < 2:
             raise ValueError(f"the time-out of the register file must be at least 2 cycles, not {timeout!r}")
         for name in (_ERRORS, _CLEAR):
             if name not in registers:
-                raise ValueError(f"the register map has no {name}, which the register file is to serve; add it")
+                raise ValueError(f"the register map has no {name}, which the register file needs; add it")
         self.registers = registers
         self.timeout = timeout
         super().__init__({
@@ -93,8 +94,8 @@ class RegisterFile(wiring.Component):
             "errors": Out(range(COUNT_MAX + 1)),
         })
 
-    def _value(self, register):
-        """What a read of ``register`` finds."""
+    def _value(self, register: Register) -> ValueLike:
+        """The value that a read of ``register`` returns."""
         match register.kind:
             case Kind.CONSTANT:
                 return register.reset
@@ -104,7 +105,7 @@ class RegisterFile(wiring.Component):
                 return 0
         return self.errors if register.name == _ERRORS else self.status[register.name]
 
-    def elaborate(self, platform):
+    def elaborate(self, platform: object) -> Module:
         m = Module()
 
         # The four bytes between sync and sum, of the request and then of the reply; `second` is the operation, then the status.
@@ -116,14 +117,14 @@ class RegisterFile(wiring.Component):
         added    = Signal(8)
         m.d.comb += final.eq(position == FRAME_BYTES - 1)
 
-        # Counted: at most one a cycle.
+        # Errors: at most one a cycle is counted.
         error  = Signal()
         with m.If(self.actions[_CLEAR]):
             m.d.sync += self.errors.eq(0)
         with m.Elif((error | self.line_error) & ~self.errors.all()):
             m.d.sync += self.errors.eq(self.errors + 1)
 
-        # The register that the request names, a cycle later: address and value hold while the request is carried out.
+        # The register that the request names, a cycle late: address and value hold while the request is carried out.
         value    = Cat(frame.low, frame.high)
         found    = Signal(16, reset_less=True)
         known    = Signal(reset_less=True)
@@ -205,18 +206,18 @@ class RegisterFile(wiring.Component):
                     m.d.sync += [position.eq(position + 1), total.eq(added)]
                     with m.If(position != 0):
                         m.d.sync += bits.eq(bits << 8)
-                    with m.If(final):   # `added` is 0: that is what the sum is for
+                    with m.If(final):   # `added` is 0 modulo 256, as the sum byte makes it
                         m.d.sync += position.eq(0)
                         m.next = "request"
         return m
 
 
 class SerialRegisters(wiring.Component):
-    """The register file on its serial line: receiver, :class:`RegisterFile`, transmitter.
+    """The register file with its serial line: receiver, :class:`RegisterFile`, transmitter.
 
-    Golden: :func:`golden.host.registers.answer`, in the bytes of :mod:`golden.host.protocol`.
+    Golden: :func:`golden.host.registers.answer`, encoded as in :mod:`golden.host.protocol`.
 
-    Timing: a request and its reply take 120 bits, 1.04 ms at 115,200 baud. A byte that comes while a reply is sent waits in the receiver; a
+    Timing: a request and its reply take 120 bits, 1.04 ms at 115,200 baud. A byte received while a reply is sent waits in the receiver; a
     second one is lost and counted.
 
     Parameters
@@ -225,7 +226,7 @@ class SerialRegisters(wiring.Component):
     clock_hz, baud : int
         As of :class:`hdl.parts.uart.UartReceiver`.
     frame_seconds : float
-        Longest silence within a request.
+        Longest pause within a request.
 
     Members
     -------
@@ -234,7 +235,7 @@ class SerialRegisters(wiring.Component):
     params, actions, status
         As of :class:`RegisterFile`.
     """
-    def __init__(self, registers: RegisterMap, clock_hz, baud=BAUD, *, frame_seconds=FRAME_SECONDS):
+    def __init__(self, registers: RegisterMap, clock_hz: int, baud: int = BAUD, *, frame_seconds: float = FRAME_SECONDS):
         self.receiver = UartReceiver(clock_hz, baud)
         self.register_file = RegisterFile(registers, round(clock_hz * frame_seconds))
         self.transmitter = UartTransmitter(clock_hz, baud)
@@ -245,7 +246,7 @@ class SerialRegisters(wiring.Component):
             **{name: members[name] for name in ("params", "actions", "status")},
         })
 
-    def elaborate(self, platform):
+    def elaborate(self, platform: object) -> Module:
         m = Module()
         m.submodules.receiver = receiver = self.receiver
         m.submodules.register_file = register_file = self.register_file

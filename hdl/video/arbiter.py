@@ -1,4 +1,4 @@
-"""Several masters on the memory controller's local interface."""
+"""Arbiter: several masters on the memory controller's local interface."""
 
 from amaranth import *
 from amaranth.lib import data, stream, wiring
@@ -13,23 +13,23 @@ __all__ = ["Arbiter", "Burst", "ReadPort", "WritePort", "WriteWord"]
 
 class Burst(data.StructLayout):
     """A request for ``length`` words, 1 .. ``burst``, at consecutive addresses from ``address`` on."""
-    def __init__(self, burst):
+    def __init__(self, burst: int):
         super().__init__({"address": ADDRESS_BITS, "length": range(burst + 1)})
 
 
 class WriteWord(data.StructLayout):
     """A word to write; bit ``n`` of ``be`` enables byte ``n``."""
-    def __init__(self):
+    def __init__(self) -> None:
         super().__init__({"data": 8 * WORD_BYTES, "be": WORD_BYTES})
 
 
 class WritePort(Signature):
-    """A writer, as it sees the arbiter.
+    """Port to the arbiter, seen from a writer.
 
-    It asks when all words of the burst wait in ``word``, which the arbiter then takes one after another. ``accepted`` is high in the
-    cycle in which the memory takes the last of them: whatever is read from then on sees the burst.
+    A writer requests a burst when all its words are available at ``word``, from which the arbiter then accepts one after another.
+    ``accepted`` is high in the cycle in which the memory accepts the last of them: later reads see the burst.
     """
-    def __init__(self, burst):
+    def __init__(self, burst: int):
         super().__init__({
             "request": Out(stream.Signature(Burst(burst))),
             "word": Out(stream.Signature(WriteWord())),
@@ -38,12 +38,12 @@ class WritePort(Signature):
 
 
 class ReadPort(Signature):
-    """A reader, as it sees the arbiter.
+    """Port to the arbiter, seen from a reader.
 
-    It asks when it has room for every word that it has asked for. They come in the order of the requests, marked by ``rdata_valid``,
-    the last one of each burst by ``rdata_last`` too, and cannot be held up.
+    A reader requests a burst when it has space for all words in flight and of the burst. They are returned in the order of the requests,
+    marked by ``rdata_valid``, the last one of each burst by ``rdata_last`` too, without back-pressure.
     """
-    def __init__(self, burst):
+    def __init__(self, burst: int):
         super().__init__({
             "request": Out(stream.Signature(Burst(burst))),
             "rdata": In(8 * WORD_BYTES),
@@ -52,38 +52,37 @@ class ReadPort(Signature):
         })
 
 
-def _lowest(bits):
-    """The lowest bit that is set, alone."""
+def _lowest(bits: Value) -> Value:
+    """One-hot: the lowest bit that is set."""
     return (bits & (~bits + 1))[:len(bits)]
 
 
 class Arbiter(wiring.Component):
     """Grants the memory to its masters, a burst at a time, round robin: writers first, then readers, in the order of their numbers.
 
-    A burst goes to the local interface as local bursts of at most ``size`` words. Nothing is asked of the memory before ``init_done``.
-    Words read go to their masters by a queue of owners, one entry a burst; while it is full no read is granted, writes are.
+    A burst is issued on the local interface as local bursts of at most ``size`` words. Nothing is issued before ``init_done``. Words read
+    are routed to their masters by a queue with an entry for each burst in flight; while it is full, reads are not granted, but writes are.
 
-    Latency: a request is granted within :func:`golden.video.bandwidth.grant_clocks` cycles, and its last word is taken by the memory within
-    :func:`golden.video.bandwidth.served_clocks` cycles, as long as the queue of owners is not full. With ``N`` masters, a memory that
-    takes a
-    word each ``pace`` cycles at the slowest, and a stall of ``T`` cycles, that is ``N * burst * pace + T + 2`` and
-    ``(N + 1) * burst * pace + T + 3``: a master's own burst of before, then one of each other master, then its own.
+    Latency: a request is granted within :func:`golden.video.bandwidth.grant_clocks` cycles, and the memory accepts its last word within
+    :func:`golden.video.bandwidth.served_clocks` cycles, as long as the queue of bursts in flight is not full. With ``N`` masters, a memory
+    that accepts a word each ``pace`` cycles at the slowest, and a stall of ``T`` cycles, these are ``N * burst * pace + T + 2`` and
+    ``(N + 1) * burst * pace + T + 3``: the master's previous burst, a burst of each other master, then the one requested.
 
-    Timing: a word a cycle, across bursts too. Requests to the memory leave registers; ``ready`` of masters depends combinationally on
-    ``bus.ready``. Words that were read pass combinationally.
+    Timing: a word a cycle, across bursts too. The signals of a request are registered; ``ready`` of the masters depends combinationally
+    on ``bus.ready``. Words read are passed on combinationally.
 
     Memory: ``outstanding * (bits of a reader's number + bits of a length)`` bits.
 
     Parameters
     ----------
     writers, readers : int
-        Masters of either kind.
+        Number of masters of either kind.
     burst : int
         Most words of a burst.
     size : int
         Most words of a local burst.
     outstanding : int
-        Bursts whose words may be on their way.
+        Most read bursts in flight.
 
     Members
     -------
@@ -91,7 +90,7 @@ class Arbiter(wiring.Component):
     read : In(ReadPort(burst)).array(readers)
     bus : Out(LocalBus())
     """
-    def __init__(self, writers, readers, *, burst=16, size=1, outstanding=16):
+    def __init__(self, writers: int, readers: int, *, burst: int = 16, size: int = 1, outstanding: int = 16):
         for name, value, least in (("writers", writers, 1), ("readers", readers, 1), ("burst", burst, 1), ("size", size, 1),
                                    ("outstanding", outstanding, 4)):
             if value < least:
@@ -105,7 +104,7 @@ class Arbiter(wiring.Component):
             "bus": Out(LocalBus(size_bits=size.bit_length())),
         })
 
-    def elaborate(self, platform):
+    def elaborate(self, platform: object) -> Module:
         m = Module()
         bus = self.bus
         masters = [*self.write, *self.read]
@@ -113,46 +112,48 @@ class Arbiter(wiring.Component):
         lengths = range(self.burst + 1)
 
         entry = data.StructLayout({"reader": range(len(self.read)), "length": lengths})
-        m.submodules.owners = owners = Queue(entry, self.outstanding)
+        m.submodules.in_flight = in_flight = Queue(entry, self.outstanding)
 
-        # The burst under way: what of it is not on the bus yet.
+        # The granted burst, as far as it has not been issued.
         busy      = Signal()
         master    = Signal(range(len(masters)), reset_less=True)
         reading   = Signal(reset_less=True)
         address   = Signal(ADDRESS_BITS, reset_less=True)
-        left      = Signal(lengths, reset_less=True)
-        local     = Signal(range(self.size))                     # words of the local burst under way that follow
-        part      = Signal(lengths)     # length of a local burst that begins now
-        step      = Signal(lengths)     # words that one request stands for
-        moves     = Signal()            # a request goes to the bus
-        last      = Signal()            # with it nothing is left
+        remaining = Signal(lengths, reset_less=True)
+        local     = Signal(range(self.size))    # words of the current local burst that follow
+        local_length = Signal(lengths)          # of a local burst that begins in this cycle
+        step      = Signal(lengths)             # words that one request stands for
+        issue     = Signal()                    # a request is issued to the bus
+        last      = Signal()                    # it is the last one of the burst
         m.d.comb += [
-            part.eq(Mux(left > self.size, self.size, left)),
-            step.eq(Mux(reading, part, 1)),
-            last.eq(left == step),
+            local_length.eq(Mux(remaining > self.size, self.size, remaining)),
+            step.eq(Mux(reading, local_length, 1)),
+            last.eq(remaining == step),
         ]
 
-        # Round robin: masters beyond the one served last go first.
-        asks   = Signal(len(masters))
-        beyond = Signal(len(masters))
-        grant  = Signal(len(masters))
+        # Round robin: masters with a higher number than the one granted last have priority.
+        requests = Signal(len(masters))
+        higher   = Signal(len(masters))
+        grant    = Signal(len(masters))
         for number, port in enumerate(masters):
-            m.d.comb += asks[number].eq(port.request.valid if number < writers else port.request.valid & owners.i.ready)
-        with m.If(bus.init_done & (~busy | (moves & last))):
-            m.d.comb += grant.eq(Mux((asks & beyond).any(), _lowest(asks & beyond), _lowest(asks)))
-        with m.If(moves & last):
+            m.d.comb += requests[number].eq(port.request.valid if number < writers else port.request.valid & in_flight.i.ready)
+        with m.If(bus.init_done & (~busy | (issue & last))):
+            m.d.comb += grant.eq(Mux((requests & higher).any(), _lowest(requests & higher), _lowest(requests)))
+        with m.If(issue & last):
             m.d.sync += busy.eq(0)
         with m.If(grant.any()):
-            m.d.sync += [busy.eq(1), beyond.eq(~(grant | (grant - 1)))]
-        with m.If(moves):
-            m.d.sync += [address.eq(address + step), left.eq(left - step)]
+            m.d.sync += [busy.eq(1), higher.eq(~(grant | (grant - 1)))]
+        with m.If(issue):
+            m.d.sync += [address.eq(address + step), remaining.eq(remaining - step)]
         for number, port in enumerate(masters):
             m.d.comb += port.request.ready.eq(grant[number])
             with m.If(grant[number]):
                 m.d.sync += [master.eq(number), reading.eq(number >= writers)]
-                m.d.sync += [address.eq(port.request.p.address), left.eq(port.request.p.length)]
+                m.d.sync += [address.eq(port.request.p.address), remaining.eq(port.request.p.length)]
                 if number >= writers:
-                    m.d.comb += [owners.i.p.reader.eq(number - writers), owners.i.p.length.eq(port.request.p.length), owners.i.valid.eq(1)]
+                    m.d.comb += [
+                        in_flight.i.valid.eq(1), in_flight.i.p.reader.eq(number - writers), in_flight.i.p.length.eq(port.request.p.length),
+                    ]
 
         # Requests to the memory. They hold until ready; burstbegin does not.
         free = Signal()
@@ -161,37 +162,37 @@ class Arbiter(wiring.Component):
         with m.Switch(master):
             for number, port in enumerate(self.write):
                 with m.Case(number):
-                    m.d.comb += [word.eq(port.word.p), word_valid.eq(port.word.valid), port.word.ready.eq(moves & ~reading)]
+                    m.d.comb += [word.eq(port.word.p), word_valid.eq(port.word.valid), port.word.ready.eq(issue & ~reading)]
         m.d.comb += [
             free.eq(bus.ready | ~(bus.read_req | bus.write_req)),
-            moves.eq(free & busy & (reading | word_valid)),
+            issue.eq(free & busy & (reading | word_valid)),
         ]
-        closes = Signal(writers)    # the word on the bus is the last of a writer's burst
+        closes = Signal(writers)    # one-hot: the word on the bus is the last of this writer's burst
         m.d.sync += bus.burstbegin.eq(0)
         with m.If(free):
             m.d.sync += [bus.read_req.eq(0), bus.write_req.eq(0)]
-        with m.If(moves):
+        with m.If(issue):
             m.d.sync += [bus.read_req.eq(reading), bus.write_req.eq(~reading), bus.wdata.eq(word.data), bus.be.eq(word.be)]
             m.d.sync += closes.eq(Mux(last, 1 << master, 0))
             with m.If(local == 0):
-                m.d.sync += [bus.burstbegin.eq(1), bus.address.eq(address), bus.size.eq(part)]
-                m.d.sync += local.eq(Mux(reading, 0, part - 1))
+                m.d.sync += [bus.burstbegin.eq(1), bus.address.eq(address), bus.size.eq(local_length)]
+                m.d.sync += local.eq(Mux(reading, 0, local_length - 1))
             with m.Else():
                 m.d.sync += local.eq(local - 1)
         for number, port in enumerate(self.write):
             m.d.comb += port.accepted.eq(bus.write_req & bus.ready & closes[number])
 
-        # Words that come back.
-        owner = owners.o.p
-        count = Signal(lengths)     # words of this burst that have come
-        closing = Signal()
-        m.d.comb += [closing.eq(count + 1 == owner.length), owners.o.ready.eq(bus.rdata_valid & closing)]
+        # Words returned.
+        burst    = in_flight.o.p
+        returned = Signal(lengths)  # words of this burst
+        rdata_last = Signal()
+        m.d.comb += [rdata_last.eq(returned + 1 == burst.length), in_flight.o.ready.eq(bus.rdata_valid & rdata_last)]
         with m.If(bus.rdata_valid):
-            m.d.sync += count.eq(Mux(closing, 0, count + 1))
+            m.d.sync += returned.eq(Mux(rdata_last, 0, returned + 1))
         for number, port in enumerate(self.read):
             m.d.comb += [
                 port.rdata.eq(bus.rdata),
-                port.rdata_valid.eq(bus.rdata_valid & (owner.reader == number)),
-                port.rdata_last.eq(closing),
+                port.rdata_valid.eq(bus.rdata_valid & (burst.reader == number)),
+                port.rdata_last.eq(rdata_last),
             ]
         return m

@@ -1,4 +1,4 @@
-"""Video input: the bytes of a camera's decoder, after BT.656, as a stream of whole frames."""
+"""Video input: from the BT.656 bytes of a camera's decoder to a stream of whole frames."""
 
 from amaranth import *
 from amaranth.lib import stream, wiring
@@ -7,6 +7,7 @@ from amaranth.lib.wiring import In, Out
 from golden.video.bt656 import lost_bytes
 from golden.video.formats import CameraFormat
 
+from ..parts.counters import count_events
 from .camera_fifo import CameraFifo
 from .crossing import ClockWatch, EventCrossing
 from .timing_codes import TimingCode, TimingCodes
@@ -17,16 +18,16 @@ __all__ = ["ActivePixels", "CameraInput"]
 
 
 class ActivePixels(wiring.Component):
-    """Luma of the frames in bytes whose timing codes have been found; golden: :func:`golden.video.bt656.decode`.
+    """Extracts the luma of frames from bytes and their timing codes; golden: :func:`golden.video.bt656.decode`.
 
-    Each line of active video must be as long as the format has it, and closed by an EAV that can be read, which tells by V whether the
-    field goes on; the next SAV must follow without another code between. The top field comes first, each field is complete. What is not so
-    costs the frame: a ``drop`` word, and a new start at the next top field. Lengths of blanking do not matter.
+    Each line of active video must have the length of the format, and be closed by a valid EAV, whose V tells whether the field goes on;
+    the next code must be the next line's SAV. The top field is first, each field is complete. Otherwise the frame is abandoned with a
+    ``drop`` word, and reception begins again at the next top field. Lengths of blanking do not matter.
 
-    The last pixel of a line waits for the EAV that closes it: ``end`` is told of good frames only.
+    The last pixel of a line is held back until the EAV that closes it: ``end`` is set for good frames only.
 
-    Timing: latency :attr:`LATENCY` cycle after the byte, 4 more for the last pixel of a line. At most a word each two cycles, but for a
-    ``drop`` word, which may follow a pixel at once.
+    Timing: latency :attr:`LATENCY` cycle from the byte, 4 more for the last pixel of a line. At most one word in two cycles, except for a
+    ``drop`` word, which may follow a pixel in the next cycle.
 
     Parameters
     ----------
@@ -35,17 +36,17 @@ class ActivePixels(wiring.Component):
     Members
     -------
     byte, found, valid, code
-        As :class:`TimingCodes` gives them.
+        Outputs of :class:`TimingCodes`.
     o : Out(CameraWord())
     strobe : Out(1)
-        ``o`` is a word. Nothing can hold it up.
+        ``o`` is a word. There is no back-pressure.
     complete : Out(1)
-        One cycle: a frame is whole.
+        One cycle: a frame is complete.
     skipped : Out(1)
-        One cycle: a bottom field came without its top field.
+        One cycle: a bottom field without its top field.
     fault : Out(1)
-        One cycle: something was wrong, be there a frame in progress or not: also a signal without codes for
-        :func:`golden.video.bt656.lost_bytes`, or without a whole frame for three frames' time.
+        One cycle: a violation of the format, within a frame or not; also no codes for :func:`golden.video.bt656.lost_bytes`, or no
+        complete frame for the time of three.
     """
     LATENCY = 1
 
@@ -63,7 +64,7 @@ class ActivePixels(wiring.Component):
             "fault": Out(1),
         })
 
-    def elaborate(self, platform):
+    def elaborate(self, platform: object) -> Module:
         m = Module()
         line_bytes = 2 * self.format.width
         eav_at = line_bytes + 3     # XY of the EAV that closes a line, counted from the first byte after SAV
@@ -75,41 +76,41 @@ class ActivePixels(wiring.Component):
         m.d.comb += last_line.eq(line == self.format.field_lines - 1)
 
         # A field begins with the first active line after a blank one.
-        sav, opens = Signal(), Signal()
+        sav, field_start = Signal(), Signal()
         blank = Signal()
-        m.d.comb += [sav.eq(self.valid & ~self.code.h & ~self.code.v), opens.eq(sav & blank)]
+        m.d.comb += [sav.eq(self.valid & ~self.code.h & ~self.code.v), field_start.eq(sav & blank)]
         with m.If(self.valid & self.code.v):
             m.d.sync += blank.eq(1)
         with m.Elif(sav):
             m.d.sync += blank.eq(0)
 
-        # Loss of signal: no code, or codes and no frames. From one whole frame to the next there are two frames if one is dropped.
-        useless_lines = 3 * self.format.frame_lines
-        lost, useless = Signal(), Signal()
+        # Loss of signal: no codes, or codes without complete frames. Three frames' time, because two pass where a frame is dropped.
+        no_frame_lines = 3 * self.format.frame_lines
+        lost, no_frame = Signal(), Signal()
         bytes_since = Signal(range(lost_bytes(self.format) + 1))
-        lines_since = Signal(range(useless_lines + 1))
+        lines_since = Signal(range(no_frame_lines + 1))
         m.d.comb += lost.eq((bytes_since == lost_bytes(self.format) - 1) & ~self.valid)
-        m.d.comb += useless.eq((lines_since == useless_lines - 1) & self.valid & self.code.h)
+        m.d.comb += no_frame.eq((lines_since == no_frame_lines - 1) & self.valid & self.code.h)
         with m.If(self.valid):
             m.d.sync += bytes_since.eq(0)
         with m.Elif(bytes_since != lost_bytes(self.format)):
             m.d.sync += bytes_since.eq(bytes_since + 1)
         with m.If(self.complete):
             m.d.sync += lines_since.eq(0)
-        with m.Elif(self.valid & self.code.h & (lines_since != useless_lines)):
+        with m.Elif(self.valid & self.code.h & (lines_since != no_frame_lines)):
             m.d.sync += lines_since.eq(lines_since + 1)
 
-        # The bottom field that comes next is the rest of a frame that was dropped, or that nobody saw begin.
+        # The next bottom field belongs to a frame that was dropped, or that began before reception did: not counted as skipped.
         excused = Signal(init=1)
         start   = Signal()
-        give_up = Signal()
+        abandon = Signal()
         m.d.sync += [self.strobe.eq(0), self.o.first.eq(0), self.o.last.eq(0), self.o.end.eq(0), self.o.drop.eq(0)]
         with m.FSM():
             with m.State("between frames"):
-                with m.If(opens & ~self.code.f):
+                with m.If(field_start & ~self.code.f):
                     m.d.comb += start.eq(1)
                     m.next = "line"
-                with m.Elif(opens):
+                with m.Elif(field_start):
                     m.d.comb += self.skipped.eq(~excused)
                     m.d.sync += excused.eq(0)
 
@@ -129,7 +130,7 @@ class ActivePixels(wiring.Component):
                             m.d.comb += self.complete.eq(1)
                             m.next = "between frames"
                     with m.Else():
-                        m.d.comb += give_up.eq(1)
+                        m.d.comb += abandon.eq(1)
                         m.next = "between frames"
 
             with m.State("next line"):
@@ -137,48 +138,47 @@ class ActivePixels(wiring.Component):
                 with m.If(sav & (self.code.f == bottom)):
                     m.next = "line"
                 with m.Elif(self.found | lost):
-                    m.d.comb += give_up.eq(1)
+                    m.d.comb += abandon.eq(1)
                     m.next = "between frames"
 
             with m.State("between fields"):
                 m.d.sync += [position.eq(0), line.eq(0)]
-                with m.If(opens & self.code.f):
+                with m.If(field_start & self.code.f):
                     m.d.sync += bottom.eq(1)
                     m.next = "line"
-                with m.Elif(opens):
-                    m.d.comb += [give_up.eq(1), start.eq(1)]
+                with m.Elif(field_start):
+                    m.d.comb += [abandon.eq(1), start.eq(1)]
                     m.next = "line"
                 with m.Elif(lost):
-                    m.d.comb += give_up.eq(1)
+                    m.d.comb += abandon.eq(1)
                     m.next = "between frames"
 
-        with m.If(give_up):
+        with m.If(abandon):
             m.d.sync += [self.strobe.eq(1), self.o.drop.eq(1), excused.eq(~bottom)]
         with m.If(start):
             m.d.sync += [position.eq(0), line.eq(0), bottom.eq(0), excused.eq(0)]
         with m.If(lost):
             m.d.sync += excused.eq(1)
-        m.d.comb += self.fault.eq(give_up | self.skipped | lost | useless)
+        m.d.comb += self.fault.eq(abandon | self.skipped | lost | no_frame)
         return m
 
 
 class CameraInput(wiring.Component):
-    """A camera: from the bytes of its decoder to a stream of frames, each whole or closed by a ``drop`` word.
+    """A camera's input: from the bytes of its decoder to a stream of frames, each complete or closed by a ``drop`` word.
 
-    Y is kept, Cb and Cr are dropped; a frame is passed on while it comes, field by field. Golden: :func:`golden.video.bt656.decode`. What
-    may go
-    wrong costs the frame it is in, and the next good one is exact: codes with more than one wrong bit, lines too short, too long, missing
-    or too many, fields missing or swapped, no codes, a byte clock that stops, a reset of its domain, a full FIFO.
+    Y is kept, Cb and Cr are discarded; pixels pass as they arrive, field by field. Golden: :func:`golden.video.bt656.decode`. An error
+    costs the frame that it is in, and the next good frame is bit-exact: codes with more than one wrong bit, lines too short, too long,
+    missing or too many, fields missing or swapped, no codes, a byte clock that stops, a reset of its domain, a full FIFO.
 
-    Timing: the first pixel of a line leaves :attr:`BYTE_LATENCY` clocks of the camera and then up to 5 cycles of ``sync`` after its byte;
-    the last one of a line 4 clocks of the camera later. A pixel each two bytes. ``sync`` must be at least half as fast as the bytes.
-    A word that is offered stays; ``o.valid`` does not depend on ``o.ready``.
+    Timing: a pixel is offered :attr:`BYTE_LATENCY` clocks of the camera and then up to 5 cycles of ``sync`` after its byte; the last one
+    of a line 4 clocks of the camera later. A pixel in two bytes. ``sync`` must be at least half as fast as the bytes. ``o.valid`` does not
+    depend on ``o.ready``.
 
-    Memory: ``depth * 12`` bits: one M9K at the depth of 512, which rides out a stall of the consumer of :meth:`stall_cycles`.
-    Logic: about 500 logic elements of a Cyclone III at PAL, of which the four counters take 160.
+    Memory: ``depth * 12`` bits: one M9K block at the depth of 512, which bridges a stall of :meth:`stall_cycles`.
+    Logic: about 500 logic elements of a Cyclone III at PAL, 160 of them for the four counters.
 
-    Crossings between the domains are registers followed by two more, and the memory of the FIFO. Paths between the two clocks are false
-    ones; the bits of the FIFO's Gray-coded pointers must not be apart by a period of the faster clock.
+    Clock domain crossings are two-stage synchronisers and the memory of the FIFO. Paths between the two clocks are false paths; the skew
+    between the bits of the FIFO's Gray-coded pointers must be below a period of the faster clock.
 
     Parameters
     ----------
@@ -194,16 +194,16 @@ class CameraInput(wiring.Component):
         In ``domain``: a byte every clock.
     o : Out(stream.Signature(CameraWord()))
     present : Out(1)
-        The camera sends frames: high from the end of a frame whose lines are all right until something is wrong, or the clock stops for
-        :attr:`ClockWatch.TIMEOUT` cycles. A full FIFO is no matter of the camera.
+        The camera sends good frames: high from the end of a complete frame until an error of the format, or until its clock stops for
+        :attr:`ClockWatch.TIMEOUT` cycles. A full FIFO has no effect.
     corrected, rejected : Out(16)
         Timing codes with one wrong bit, and with more.
     dropped : Out(16)
-        Frames that were not passed on: closed by a ``drop`` word, bottom fields without a top field, and what a full FIFO lost.
+        Frames dropped: those closed by a ``drop`` word, bottom fields without a top field, and frames lost to a full FIFO.
     overflow : Out(16)
         Frames lost to a full FIFO; they are counted in ``dropped`` too.
     clear : In(1)
-        Sets the counters to 0; what is counted in the same cycle stays. They hold their greatest value.
+        Sets the counters to 0; an event in the same cycle is counted after it. They hold their greatest value.
     """
     BYTE_LATENCY = TimingCodes.LATENCY + ActivePixels.LATENCY
 
@@ -227,11 +227,11 @@ class CameraInput(wiring.Component):
     def stall_cycles(format: CameraFormat, depth: int, sync_hz: float) -> int:
         """Cycles of ``sync`` for which ``o.ready`` may be low without loss, if the FIFO was empty: of 512 words 2822 at 75 MHz, 38 us.
 
-        A pixel comes each two bytes; four words of the FIFO are what is on the way between the clocks.
+        A pixel is two bytes; four words of the FIFO cover the latency of its pointers' crossing.
         """
         return int((depth - 4) * 2 * sync_hz / format.byte_clock_hz)
 
-    def elaborate(self, platform):
+    def elaborate(self, platform: object) -> Module:
         m = Module()
         codes, pixels = TimingCodes(), ActivePixels(self.format)
         m.submodules.codes = DomainRenamer(self.domain)(codes)
@@ -255,14 +255,11 @@ class CameraInput(wiring.Component):
         with m.Elif(seen["complete"]):
             m.d.sync += self.present.eq(1)
 
-        # A `drop` word and a frame that has none may meet: the second is counted a cycle later.
-        waiting, again = Signal(), Signal()
-        m.d.comb += again.eq(seen["skipped"] | waiting)
-        m.d.sync += waiting.eq(again & fifo.dropped)
+        # A `drop` word and a frame without one may end in the same cycle: the second one is counted a cycle later.
+        deferred, without_word = Signal(), Signal()
+        m.d.comb += without_word.eq(seen["skipped"] | deferred)
+        m.d.sync += deferred.eq(without_word & fifo.dropped)
         for counter, event in ((self.corrected, seen["corrected"]), (self.rejected, seen["rejected"]),
-                               (self.dropped, fifo.dropped | again), (self.overflow, seen["overflow"])):
-            with m.If(self.clear):
-                m.d.sync += counter.eq(event)
-            with m.Elif(event & ~counter.all()):
-                m.d.sync += counter.eq(counter + 1)
+                               (self.dropped, fifo.dropped | without_word), (self.overflow, seen["overflow"])):
+            count_events(m, counter, event, self.clear)
         return m

@@ -1,4 +1,4 @@
-"""The frame store's buffers: which one a camera fills, which slot a picture is written to, which is shown."""
+"""Buffer management of the frame store: which buffer a camera fills, which slot a picture is written to, which one is shown."""
 
 from amaranth import *
 from amaranth.lib import wiring
@@ -11,14 +11,14 @@ __all__ = ["CameraBuffers", "Fetch", "PairRead", "PictureSlots", "Writing"]
 
 
 class Writing(Signature):
-    """How the writer of a frame, or of one plane of a shown picture, asks where to; as the writer sees it.
+    """Port to the buffer management, seen from the writer of a frame or of one plane of a shown picture.
 
-    ``begin``: one cycle, the first pixel of a frame has come. In the next cycle the writer samples ``buffer``, and ``accept``: if that is
-    low the frame is to be skipped whole. ``complete``: one cycle, the frame's last word has been accepted by the memory. ``abandoned``:
-    one cycle, the frame will not be completed. Either comes with or before the ``begin`` of the next frame; ``begin`` without either
-    abandons the frame before. Of a frame that was not accepted neither means anything.
+    ``begin``: one cycle, the first pixel of a frame has arrived. In the next cycle the writer samples ``buffer``, and ``accept``: if that
+    is low, the whole frame is to be skipped. ``complete``: one cycle, the memory has accepted the frame's last word. ``abandoned``: one
+    cycle, the frame will not be completed. Either is high no later than the ``begin`` of the next frame; ``begin`` without either abandons
+    the frame before. Both are ignored for a frame that was not accepted.
     """
-    def __init__(self, buffers):
+    def __init__(self, buffers: int):
         super().__init__({
             "begin": Out(1),
             "complete": Out(1),
@@ -29,12 +29,12 @@ class Writing(Signature):
 
 
 class PairRead(Signature):
-    """How a pair's frames are read, as the reader sees it.
+    """Port to the control of the frame store, seen from the reader of a pair's frames.
 
     ``start``: one cycle; ``left_buffer`` and ``right_buffer`` hold from then on to ``done``: one cycle, the last pixel of both has been
     read from memory, in the cycle of ``start`` at the earliest.
     """
-    def __init__(self, buffers):
+    def __init__(self, buffers: int):
         super().__init__({
             "start": In(1),
             "left_buffer": In(range(buffers)),
@@ -44,12 +44,12 @@ class PairRead(Signature):
 
 
 class Fetch(Signature):
-    """How shown pictures are read, as the reader sees it.
+    """Port to the control of the frame store, seen from the reader of shown pictures.
 
-    ``fetch``: one cycle, as a frame of the display begins. In the next cycle the reader samples ``shown_buffer``, and ``shown_valid``: low
+    ``fetch``: one cycle, a frame of the display begins. In the next cycle the reader samples ``shown_buffer``, and ``shown_valid``: low
     until there is a picture. Both hold to the next ``fetch``.
     """
-    def __init__(self, buffers):
+    def __init__(self, buffers: int):
         super().__init__({
             "fetch": Out(1),
             "shown_buffer": In(range(buffers)),
@@ -57,25 +57,25 @@ class Fetch(Signature):
         })
 
 
-def lowest_free(m, taken, name):
-    """Whether one of the buffers is free, and the lowest that is; ``taken`` says of each whether it is not."""
-    index = Signal(range(len(taken)), name=name)
-    for number in reversed(range(len(taken))):
-        with m.If(~taken[number]):
+def lowest_free(m: Module, occupied: list[Value], name: str) -> tuple[Value, Signal]:
+    """Whether a buffer is free, and the lowest one that is; ``occupied`` has a bit for each buffer."""
+    index = Signal(range(len(occupied)), name=name)
+    for number in reversed(range(len(occupied))):
+        with m.If(~occupied[number]):
             m.d.comb += index.eq(number)
-    return ~Cat(*taken).all(), index
+    return ~Cat(*occupied).all(), index
 
 
-def older(age, limit):
-    """``age`` a cycle later; it stays at ``limit``."""
+def older(age: Value, limit: int) -> Value:
+    """``age`` a cycle later; it saturates at ``limit``."""
     return Mux(age == limit, limit, age + 1)
 
 
 class CameraBuffers(wiring.Component):
     """The buffers of one camera: which one is filled, which one holds the latest frame. Golden: :class:`golden.video.buffers.Camera`.
 
-    Ages: cycles since a frame began; they stay at ``life_clocks``, and the latest frame that gets there has expired: so ages never wrap
-    around, and a frame that is too old is never taken for a new one.
+    Ages: cycles since a frame began, saturating at ``life_clocks``. The latest frame expires at that age, so a frame that is too old is
+    never mistaken for a new one.
 
     Timing: ``available``, ``latest``, ``reading`` and ``age`` depend on registers alone.
 
@@ -90,17 +90,17 @@ class CameraBuffers(wiring.Component):
     take : In(1)
         The latest frame becomes the one that is read; only while ``available``.
     locked : In(1)
-        The frame that was taken last is still being read.
+        The frame taken last is still being read.
     available : Out(1)
-        There is a latest frame, not expired.
+        There is a latest frame that has not expired.
     latest, reading : Out(range(buffers))
-        Where the latest frame is, and the one taken last.
+        Buffers of the latest frame, and of the one taken last.
     age : Out(range(life_clocks + 1))
         Of the latest frame.
     skipped, unpaired : Out(1)
-        One cycle: a frame found no free buffer; a complete one has found no partner.
+        One cycle: no buffer was free for a frame; a complete frame is given up without a partner.
     """
-    def __init__(self, buffers, life_clocks):
+    def __init__(self, buffers: int, life_clocks: int):
         self.buffers = buffers
         self.life_clocks = life_clocks
         super().__init__({
@@ -115,38 +115,37 @@ class CameraBuffers(wiring.Component):
             "unpaired": Out(1),
         })
 
-    def elaborate(self, platform):
+    def elaborate(self, platform: object) -> Module:
         m = Module()
         filling     = self.writer.buffer
         filling_age = Signal.like(self.age, reset_less=True)
         waits       = Signal()              # there is a latest frame
 
-        # The frame that fills a buffer ends; the latest one is taken, expires, or gives way. It has expired long since where the new one
-        # comes too late.
+        # A frame ends; the latest one is taken, expires, or is replaced. Where the new one is too late, the latest one expired before.
         complete  = Signal()
         too_late  = Signal()
         completed = Signal()
-        gone      = Signal()
+        retired   = Signal()                # the latest frame expires or is replaced
         m.d.comb += [
             complete.eq(self.writer.accept & self.writer.complete & ~self.writer.abandoned),
             too_late.eq(filling_age == self.life_clocks),
             completed.eq(complete & ~too_late),
             self.available.eq(waits & (self.age != self.life_clocks)),
-            gone.eq(~self.available | completed),
-            self.unpaired.eq((waits & gone & ~self.take) | (complete & too_late)),
+            retired.eq(~self.available | completed),
+            self.unpaired.eq((waits & retired & ~self.take) | (complete & too_late)),
         ]
         m.d.sync += [filling_age.eq(older(filling_age, self.life_clocks)), self.age.eq(older(self.age, self.life_clocks))]
-        with m.If(gone | self.take):
+        with m.If(retired | self.take):
             m.d.sync += waits.eq(completed)
         with m.If(self.take):
             m.d.sync += self.reading.eq(self.latest)
         with m.If(completed):
             m.d.sync += [self.latest.eq(filling), self.age.eq(filling_age + 1)]
 
-        # A frame begins. What is taken in this cycle is read from the next one on.
+        # A frame begins. One that is taken in this cycle is read from the next one on.
         free, lowest = lowest_free(m, [
-            (self.locked & (self.reading == buffer)) | ((self.take | ~gone) & (self.latest == buffer)) | (completed & (filling == buffer))
-            for buffer in range(self.buffers)], "lowest")
+            (self.locked & (self.reading == buffer)) | ((self.take | ~retired) & (self.latest == buffer)) |
+            (completed & (filling == buffer)) for buffer in range(self.buffers)], "lowest")
         m.d.comb += self.skipped.eq(self.writer.begin & ~free)
         with m.If(self.writer.begin):
             m.d.sync += [self.writer.accept.eq(free), filling_age.eq(1)]
@@ -172,16 +171,16 @@ class PictureSlots(wiring.Component):
     disparity_plane, left_plane : In(Writing(buffers))
     display : In(Fetch(buffers))
     start : In(1)
-        A pair starts, whose picture goes to ``slot``; only while ``free``.
+        A pair starts, whose picture is written to ``slot``; only while ``free``.
     reading, done : In(1)
-        A pair is being read; that ends.
+        A pair is being read; it has been read.
     free : Out(1)
-        No picture is written, and there is a slot for one.
+        No picture is being written, and a slot is free.
     slot : Out(range(buffers))
     dropped, abandoned : Out(1)
-        One cycle: a complete picture gives way to the next before it was shown; a picture will not become complete.
+        One cycle: a complete picture is replaced by the next one before it was shown; a picture will not be completed.
     """
-    def __init__(self, buffers, life_clocks):
+    def __init__(self, buffers: int, life_clocks: int):
         self.buffers = buffers
         self.life_clocks = life_clocks
         super().__init__({
@@ -197,11 +196,11 @@ class PictureSlots(wiring.Component):
             "abandoned": Out(1),
         })
 
-    def elaborate(self, platform):
+    def elaborate(self, platform: object) -> Module:
         m = Module()
         writing = Signal()
         written = Signal(range(self.buffers), reset_less=True)
-        waits   = Signal()                  # there is a complete picture that is not shown yet
+        waits   = Signal()                  # there is a complete picture that has not been shown
         latest  = Signal(range(self.buffers), reset_less=True)
         shown   = self.display.shown_buffer
         wait    = Signal(range(self.life_clocks + 1), reset_less=True)  # cycles since the pair was read
@@ -210,7 +209,7 @@ class PictureSlots(wiring.Component):
             (waits & (latest == slot)) | (self.display.shown_valid & (shown == slot)) for slot in range(self.buffers)], "lowest")
         m.d.comb += [self.free.eq(~writing & free), self.slot.eq(lowest)]
 
-        # Both planes side by side: what each has come to in this cycle.
+        # State of each plane at the end of this cycle.
         after = []
         for name in ("disparity_plane", "left_plane"):
             writer = getattr(self, name)
@@ -231,7 +230,7 @@ class PictureSlots(wiring.Component):
             m.d.sync += plane.eq(Mux(writing, then, PlaneState.AWAITED))
             after.append(then)
 
-        # The picture is finished as both planes are.
+        # The picture is finished when both planes are.
         give_up  = Signal()
         finished = Signal()
         complete = Signal()
@@ -248,7 +247,7 @@ class PictureSlots(wiring.Component):
         with m.Elif(give_up | finished):
             m.d.sync += writing.eq(0)
 
-        # The display turns to the latest picture, also if that becomes complete in this very cycle.
+        # The display switches to the latest picture, even to one that is completed in this cycle.
         with m.If(self.display.fetch):
             m.d.sync += waits.eq(0)
             with m.If(waits | complete):

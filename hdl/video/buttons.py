@@ -9,11 +9,11 @@ __all__ = ["Button"]
 
 
 class Button(wiring.Component):
-    """A bouncing button: told once for each time that it is pressed.
+    """Debounces a button: one pulse each time that it is pressed.
 
-    It counts as pressed, or as let go, when it has been so for :attr:`SECONDS`. Independent of the rest of the system: no golden model.
+    It counts as pressed, or as released, when its level has been stable for :attr:`SECONDS`. There is no golden model.
 
-    Timing: ``pressed`` for a cycle, ``SECONDS`` and a cycle after the last bounce.
+    Timing: ``pressed`` is high for a cycle, ``SECONDS`` and a cycle after the last bounce.
 
     Parameters
     ----------
@@ -27,14 +27,14 @@ class Button(wiring.Component):
     """
     SECONDS = 0.01
 
-    def __init__(self, clock_hz):
+    def __init__(self, clock_hz: int):
         self.clocks = max(1, round(self.SECONDS * clock_hz))
         super().__init__({"i": In(1), "pressed": Out(1)})
 
-    def elaborate(self, platform):
+    def elaborate(self, platform: object) -> Module:
         m = Module()
         down  = Signal()
-        count = Signal(range(self.clocks + 1))  # cycles for which the button has differed from `down`
+        count = Signal(range(self.clocks + 1))  # cycles for which `i` has differed from `down`
         m.d.sync += self.pressed.eq(0)
         with m.If(self.i == down):
             m.d.sync += count.eq(0)

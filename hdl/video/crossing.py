@@ -1,4 +1,4 @@
-"""From one clock to another: events, and whether the other clock runs."""
+"""Clock domain crossing of events, and a watchdog for a clock."""
 
 from amaranth import *
 from amaranth.lib import wiring
@@ -10,12 +10,12 @@ __all__ = ["ClockWatch", "EventCrossing"]
 
 
 class EventCrossing(wiring.Component):
-    """One cycle in the domain ``domain`` becomes one cycle in ``sync``; several events side by side, each for itself.
+    """Takes one-cycle events from the domain ``domain`` to ``sync``; each bit is an event of its own.
 
-    Each event inverts a register, whose changes are seen in ``sync``. None is lost or made by a reset of either domain: no register here
-    is reset.
+    Each event inverts a register, whose edges are detected in ``sync``. A reset of either domain neither loses an event nor makes one: no
+    register here is reset.
 
-    Timing: an event is seen 2 to 3 cycles of ``sync`` later. Events of the same bit must be more than a period of ``sync`` apart.
+    Timing: latency 2 to 3 cycles of ``sync``. Events of the same bit must be more than a period of ``sync`` apart.
 
     Parameters
     ----------
@@ -34,7 +34,7 @@ class EventCrossing(wiring.Component):
         self.events = events
         super().__init__({"i": In(events), "o": Out(events)})
 
-    def elaborate(self, platform):
+    def elaborate(self, platform: object) -> Module:
         m = Module()
         toggle = Signal(self.events, reset_less=True)
         seen   = Signal(self.events)
@@ -47,13 +47,13 @@ class EventCrossing(wiring.Component):
 
 
 class ClockWatch(wiring.Component):
-    """Tells in ``sync`` when the clock of another domain stands still, or its domain is held in reset.
+    """Tells in ``sync`` when the clock of another domain has stopped, or its domain is held in reset.
 
-    That clock divided by :attr:`DIVISOR` is watched: no change for :attr:`TIMEOUT` cycles of ``sync`` means that it has stopped. The
-    clocks may differ by a factor of ``TIMEOUT / DIVISOR`` one way, and ``DIVISOR`` the other.
+    That clock divided by :attr:`DIVISOR` is sampled: no edge for :attr:`TIMEOUT` cycles of ``sync`` means that it has stopped. The clock
+    may be slower than ``sync`` by a factor of ``TIMEOUT / DIVISOR``, and faster by a factor of ``DIVISOR``.
 
-    Timing: ``stopped`` rises ``TIMEOUT`` cycles after the last change was seen, 3.4 us at 75 MHz, and falls when the next one is. It is
-    high after reset.
+    Timing: ``stopped`` rises ``TIMEOUT`` cycles after the last edge, 3.4 us at 75 MHz, and falls with the next one. It is high after
+    reset.
 
     Parameters
     ----------
@@ -70,7 +70,7 @@ class ClockWatch(wiring.Component):
         self.domain = domain
         super().__init__({"stopped": Out(1, init=1)})
 
-    def elaborate(self, platform):
+    def elaborate(self, platform: object) -> Module:
         m = Module()
         divider = Signal(range(2 * self.DIVISOR))
         m.d[self.domain] += divider.eq(divider + 1)

@@ -1,4 +1,4 @@
-"""Pictures out of the memory: for the matcher, and for the monitor."""
+"""Readers of pictures out of the frame store: of pairs for the matcher, and of the picture for the monitor."""
 
 from typing import Any
 
@@ -10,6 +10,7 @@ from golden.config import MatcherConfig
 from golden.video.memory_map import MemoryMap, Plane
 
 from ..matcher.stream import PixelPair, copy_flags
+from ..parts.arithmetic import maximum
 from .arbiter import ReadPort
 from .buffers import PairRead
 from .dma import LineScan, PixelUnpacker, PlanePair, WordFifo, line_number
@@ -20,25 +21,25 @@ __all__ = ["PairReader", "PictureReader"]
 
 
 class _PlanePairReader(wiring.Component):
-    """Two planes read side by side, what :class:`PairReader` and :class:`PictureReader` share.
+    """Reads two planes in parallel.
 
-    Bursts of the two planes take turns, each into its own FIFO, when there is room for all words that are on their way. ``start`` and
-    ``stop`` may come at any time. If they do not cut, the pictures under way are given to their end first. If they do, nothing more is
-    asked for; once all words on their way have come, the FIFOs are emptied. A pixel that is offered then stays until it is taken.
+    Bursts of the two planes alternate, each into a FIFO with space for all words in flight. ``start`` and ``stop`` may be high at any
+    time. Without ``cuts``, the current pictures are sent to their end first. With ``cuts``, no more bursts are requested, and once no word
+    is in flight the FIFOs are emptied; a pixel that is offered then stays until it is accepted.
 
     Members
     -------
     start, stop : In(1)
-        Read the pictures; read nothing more.
+        Read the pictures; read no more.
     buffer : In(range(memory_map.buffers)).array(2)
-        Taken with ``start``.
+        Sampled with ``start``.
     o : Out(stream.Signature(PlanePair()))
     done : Out(1)
-        For a cycle: every word of both has come.
+        One cycle: all words of both have been returned.
     port, fill, clear_fill
         As of :class:`PairReader`.
     """
-    def __init__(self, memory_map: MemoryMap, planes, *, cuts, burst, depth):
+    def __init__(self, memory_map: MemoryMap, planes: tuple[Plane, Plane], *, cuts: bool, burst: int, depth: int):
         self.memory_map = memory_map
         self.planes = planes
         self.cuts = cuts
@@ -55,62 +56,62 @@ class _PlanePairReader(wiring.Component):
             "clear_fill": In(1),
         })
 
-    def elaborate(self, platform):
+    def elaborate(self, platform: object) -> Module:
         m = Module()
         memory_map, port = self.memory_map, self.port
         m.submodules.scan = scan = LineScan(memory_map, burst=self.burst)
         m.submodules.unpacker = unpacker = PixelUnpacker(memory_map)
         wiring.connect(m, unpacker.o, wiring.flipped(self.o))
 
-        # A new beginning waits until nothing is on its way.
-        renew  = Signal()       # start or stop has come
-        reads  = Signal()       # it was start
-        clear  = Signal()
-        asks   = Signal()
-        gives  = Signal()       # pixels of these pictures are still to be given
-        flying = Signal(range(2 * self.depth + 1))      # words granted that have not come
-        cut    = renew if self.cuts else C(0)
+        # A restart waits until no word is in flight.
+        pending    = Signal()   # start or stop was high, the restart has not been carried out
+        to_read    = Signal()   # it was start
+        clear      = Signal()
+        requesting = Signal()
+        sending    = Signal()   # the last pixel of these pictures has not been accepted
+        in_flight  = Signal(range(2 * self.depth + 1))  # words granted and not yet returned
+        cut        = pending if self.cuts else C(0)
         m.d.comb += [
-            clear.eq(renew & ~asks & (flying == 0) & (~gives | cut)),
-            scan.start.eq(clear & reads),
+            clear.eq(pending & ~requesting & (in_flight == 0) & (~sending | cut)),
+            scan.start.eq(clear & to_read),
             unpacker.clear.eq(clear),
         ]
         with m.If(self.o.valid & self.o.ready & self.o.p.end):
-            m.d.sync += gives.eq(0)
+            m.d.sync += sending.eq(0)
         with m.If(clear):
-            m.d.sync += [renew.eq(0), gives.eq(reads)]
+            m.d.sync += [pending.eq(0), sending.eq(to_read)]
         with m.If(self.start | self.stop):
-            m.d.sync += [renew.eq(1), reads.eq(self.start)]
+            m.d.sync += [pending.eq(1), to_read.eq(self.start)]
 
         # Requests: a burst of one plane, then the same one of the other.
         reading = Signal()
         side    = Signal()
         granted = Signal()
-        rooms   = Signal(data.ArrayLayout(range(self.depth + 1), 2))    # words of each FIFO that nothing was asked for yet
+        space   = Signal(data.ArrayLayout(range(self.depth + 1), 2))    # words of each FIFO neither occupied nor requested
         m.d.comb += [
-            port.request.valid.eq(asks),
+            port.request.valid.eq(requesting),
             port.request.p.address.eq(scan.o.address),
             port.request.p.length.eq(scan.o.length),
-            granted.eq(asks & port.request.ready),
+            granted.eq(requesting & port.request.ready),
             scan.advance.eq(granted & side),
         ]
-        m.d.sync += flying.eq(flying + Mux(granted, scan.o.length, 0) - port.rdata_valid)
+        m.d.sync += in_flight.eq(in_flight + Mux(granted, scan.o.length, 0) - port.rdata_valid)
         with m.If(granted):
-            m.d.sync += [asks.eq(0), side.eq(~side)]
-        with m.Elif(reading & scan.active & ~cut & (rooms[side] >= scan.o.length)):
-            m.d.sync += asks.eq(1)
-        m.d.comb += self.done.eq(reading & ~scan.active & (flying == 0))
+            m.d.sync += [requesting.eq(0), side.eq(~side)]
+        with m.Elif(reading & scan.active & ~cut & (space[side] >= scan.o.length)):
+            m.d.sync += requesting.eq(1)
+        m.d.comb += self.done.eq(reading & ~scan.active & (in_flight == 0))
         with m.If(self.done):
             m.d.sync += reading.eq(0)
         with m.If(clear):
-            m.d.sync += [reading.eq(reads), side.eq(0)]
+            m.d.sync += [reading.eq(to_read), side.eq(0)]
 
-        # Words come a burst of one plane, then a burst of the other.
-        comes = Signal()
+        # Words are returned in the order of the requests: a burst of one plane, then a burst of the other.
+        returned_side = Signal()
         with m.If(port.rdata_valid & port.rdata_last):
-            m.d.sync += comes.eq(~comes)
+            m.d.sync += returned_side.eq(~returned_side)
         with m.If(clear):
-            m.d.sync += comes.eq(0)
+            m.d.sync += returned_side.eq(0)
 
         fifos = [WordFifo(self.depth) for _ in range(2)]
         bases = []
@@ -118,20 +119,20 @@ class _PlanePairReader(wiring.Component):
             m.submodules[f"fifo_{number}"] = fifo
             wiring.connect(m, fifo.o, unpacker.i[number])
             m.d.comb += [
-                fifo.i.payload.eq(port.rdata), fifo.i.valid.eq(port.rdata_valid & (comes == number)),
+                fifo.i.payload.eq(port.rdata), fifo.i.valid.eq(port.rdata_valid & (returned_side == number)),
                 fifo.clear.eq(clear), fifo.clear_fill.eq(self.clear_fill),
             ]
-            m.d.sync += rooms[number].eq(rooms[number] - Mux(granted & (side == number), scan.o.length, 0) +
+            m.d.sync += space[number].eq(space[number] - Mux(granted & (side == number), scan.o.length, 0) +
                                          (fifo.o.valid & fifo.o.ready))
             chosen = Signal.like(buffer, reset_less=True)
             base = Signal.like(scan.base, reset_less=True)
             with m.If(self.start):
                 m.d.sync += chosen.eq(buffer)
             with m.If(clear):
-                m.d.sync += [rooms[number].eq(self.depth), base.eq(line_number(memory_map, plane, chosen))]
+                m.d.sync += [space[number].eq(self.depth), base.eq(line_number(memory_map, plane, chosen))]
             bases.append(base)
         m.d.comb += scan.base.eq(Mux(side, bases[1], bases[0]))
-        m.d.comb += self.fill.eq(Mux(fifos[0].fill > fifos[1].fill, fifos[0].fill, fifos[1].fill))
+        m.d.comb += self.fill.eq(maximum(fifos[0].fill, fifos[1].fill))
         return m
 
 
@@ -142,7 +143,7 @@ class _Reader(wiring.Component):
     ----------
     planes : pair of :class:`golden.video.memory_map.Plane`
     cuts : bool
-        Whether a new beginning cuts the pictures under way.
+        Whether a restart cuts the current pictures.
     members : dict
         Those beyond ``port``, ``fill`` and ``clear_fill``; ``o`` among them.
     """
@@ -174,21 +175,20 @@ class _Reader(wiring.Component):
         return m
 
     def _connect(self, m: Module, reader: _PlanePairReader) -> None:
-        """Connect what tells ``reader`` to begin, and the fields of its pixels to those of ``o``."""
+        """Connect the control of ``reader``, and the fields of its pixels to those of ``o``."""
         raise NotImplementedError
 
 
 class PairReader(_Reader):
-    """The two pictures of a pair, out of their buffers into the matcher.
+    """Reads the two pictures of a pair out of their buffers, for the matcher.
 
     Golden: :meth:`golden.video.memory_map.MemoryMap.picture` of both.
 
-    Timing: ``start`` for a cycle; ``done`` for a cycle when every pixel of both has been read from memory, so that the buffers may be
-    written again; the last ones may still be in the FIFOs then. A ``start`` that comes before they are given waits for that. A pixel a
-    cycle, as long as the memory keeps pace.
+    Timing: ``done`` is high when every pixel of both has been read from memory, so that the buffers may be overwritten; the last pixels
+    may still be in the FIFOs. A ``start`` before they have been sent waits for that. A pixel a cycle, as long as the memory keeps pace.
 
-    FIFO: while a burst is on its way, :func:`golden.video.bandwidth.served_clocks` and the read latency, the matcher takes a word of each
-    plane in 16 cycles; :attr:`golden.video.bandwidth.Budget.matcher_depth`.
+    FIFO: while a burst is in flight, :func:`golden.video.bandwidth.served_clocks` and the read latency, the matcher consumes a word of
+    each plane in 16 cycles; :attr:`golden.video.bandwidth.Budget.matcher_depth`.
 
     Memory: ``2 * (depth - 1) * 128`` bits.
 
@@ -198,7 +198,7 @@ class PairReader(_Reader):
     burst : int
         Most words of a burst, a power of two.
     depth : int
-        Words in each of the two FIFOs.
+        Words that each of the two FIFOs holds.
 
     Members
     -------
@@ -207,7 +207,7 @@ class PairReader(_Reader):
     o : Out(stream.Signature(PixelPair()))
     port : Out(ReadPort(burst))
     fill : Out(range(depth + 1))
-        Most words ever in one of the FIFOs since ``clear_fill``.
+        Highest level of either FIFO since ``clear_fill``.
     clear_fill : In(1)
     """
     def __init__(self, memory_map: MemoryMap, *, burst: int = 16, depth: int = 64):
@@ -226,18 +226,18 @@ class PairReader(_Reader):
 
 
 class PictureReader(_Reader):
-    """The picture that is shown, disparities and grey levels, out of its slot to the monitor.
+    """Reads the picture that is shown, disparities and grey levels, out of its slot, for the monitor.
 
     Golden: :meth:`golden.video.memory_map.MemoryMap.picture` of both planes.
 
-    ``fetch`` comes for a cycle as the monitor begins a picture; in the cycle after, ``shown_valid`` and ``shown_buffer`` say whether there
-    is one, and where. A picture that is not over by then is cut: what is in the FIFOs and on its way is thrown away, and the next pixel is
-    the new one's ``first``, but for those that leave in the meantime: at most the words that are on their way, and the pixel offered.
-    Without ``shown_valid`` nothing more comes.
+    ``fetch`` is high for a cycle as the monitor begins a picture; in the next cycle ``shown_valid`` and ``shown_buffer`` tell whether
+    there is one, and where. A picture that is not finished by then is cut: words in the FIFOs and in flight are discarded, and the next
+    pixel is the new picture's ``first``. Before it, until the words in flight have been returned, pixels of the old picture may still be
+    sent. Without ``shown_valid`` nothing more is sent.
 
     Timing: a pixel a cycle, as long as the memory keeps pace.
 
-    FIFO: to bridge a stall, it must hold what the monitor takes in it: :attr:`golden.video.bandwidth.Budget.display_depth`.
+    FIFO: it must hold what the monitor consumes during a stall of the memory, :attr:`golden.video.bandwidth.Budget.display_depth`.
 
     Memory: ``2 * (depth - 1) * 128`` bits.
 
@@ -248,7 +248,7 @@ class PictureReader(_Reader):
     burst : int
         Most words of a burst, a power of two.
     depth : int
-        Words in each of the two FIFOs.
+        Words that each of the two FIFOs holds.
 
     Members
     -------

@@ -16,21 +16,22 @@ __all__ = ["I2cCommand", "I2cMaster", "I2cResponse"]
 class I2cCommand(data.StructLayout):
     """One byte on the bus.
 
-    ``start``: a start condition before it, a repeated one if the bus is held. ``read``: the byte comes from the chip, and ``nack`` leaves
-    it without acknowledge, as the last of a transfer must be; if not, ``data`` goes to the chip. ``stop``: a stop condition after it.
+    ``start``: a start condition before it, a repeated one if the bus is held. ``read``: the byte is read from the chip, and ``nack`` leaves
+    it without acknowledge, as the last byte of a transfer must be; otherwise ``data`` is written to the chip. ``stop``: a stop condition
+    after it.
     """
-    def __init__(self):
+    def __init__(self) -> None:
         super().__init__({"data": 8, "start": 1, "read": 1, "nack": 1, "stop": 1})
 
 
 class I2cResponse(data.StructLayout):
-    """What became of a command: ``result`` is ``NONE`` if all went well, then ``data`` is the byte as it was on the bus."""
-    def __init__(self):
+    """Result of a command: without a failure ``result`` is ``NONE``, and ``data`` the byte as it was on the bus."""
+    def __init__(self) -> None:
         super().__init__({"data": 8, "result": Failure})
 
 
 class _Kind(enum.Enum):
-    """What a clock pulse is for."""
+    """Purpose of a clock pulse."""
     START = 0
     BIT = 1
     STOP = 2
@@ -38,50 +39,51 @@ class _Kind(enum.Enum):
 
 
 class I2cMaster(wiring.Component):
-    """Master of an I2C bus that has no other master: standard mode, a byte a command, clock stretching honoured.
+    """I2C master for a bus without another master: standard mode, a byte a command, with clock stretching.
 
-    Each command gets one response, after the byte's acknowledge, or after the stop condition if there is one. Between commands of a
+    Each command has one response, after the byte's acknowledge, or after the stop condition if there is one. Between the commands of a
     transfer SCL is held low.
 
-    Failures: a byte that is not acknowledged is followed by a stop at once. SCL that stays low for ``stretch_seconds`` after it is
-    released: ``CLOCK_HELD``, both lines are released. SDA that is low where a one is sent, or at a repeated start: ``DATA_HELD``, the same.
-    After any of these the bus is not held; a command without ``start`` is then not sent and gets ``NO_ACKNOWLEDGE``.
+    Failures: a byte without acknowledge is followed by a stop condition. SCL that stays low for ``stretch_seconds`` after it was released:
+    ``CLOCK_HELD``, and both lines are released. SDA that is low where a one is sent, or at a repeated start: ``DATA_HELD``, and both lines
+    are released. After any of these the bus is not held; a command without ``start`` is then not sent, and its result is
+    ``NO_ACKNOWLEDGE``.
 
-    Recovery: if SDA is low before the start of a transfer, a chip has lost count of its bits. It gets clocks, nine at most, until it lets
-    go of SDA, and a stop; then the transfer goes on. If SDA is still low: ``DATA_HELD``.
+    Recovery: if SDA is low before the start of a transfer, a chip is out of step with its bits. Up to nine clock pulses are sent until it
+    releases SDA, then a stop condition; then the transfer continues. If SDA is still low: ``DATA_HELD``.
 
-    Timing, in cycles of ``clock_hz`` from the standard mode's least values (UM10204: low 4.7 us, high 4.0 us, start set up 4.7 us and held
-    4.0 us, stop set up 4.0 us, bus free 4.7 us, data set up 250 ns): :attr:`low` and :attr:`high` are 54 % and 46 % of a period of
-    ``bus_hz``, or the least value; :attr:`hold` is 300 ns, for which data stay after SCL's fall. SCL's high time counts from when it is
-    seen high, all through, so a slow edge or a chip that stretches only makes a bit longer. Inputs are seen 2 cycles late.
+    Timing, in cycles of ``clock_hz``, from the minima of standard mode (UM10204: low 4.7 us, high 4.0 us, start set-up 4.7 us and hold
+    4.0 us, stop set-up 4.0 us, bus free 4.7 us, data set-up 250 ns): :attr:`low` and :attr:`high` are 54 % and 46 % of a period of
+    ``bus_hz``, or the minimum; :attr:`hold` is 300 ns, the hold time of data after SCL's fall. SCL's high time counts from when it is seen
+    high, without interruption, so a slow edge or clock stretching only lengthens a bit. Inputs are synchronised, 2 cycles late.
 
     Parameters
     ----------
     clock_hz : int
-        Rate of the ``sync`` domain; at least four times ``bus_hz``.
+        Frequency of ``sync``; at least four times ``bus_hz``.
     bus_hz : int
-        Greatest rate of SCL, up to 100 kHz.
+        Greatest frequency of SCL, up to 100 kHz.
     stretch_seconds : float
-        Longest that a chip may hold SCL low.
+        Longest time for which a chip may hold SCL low.
 
     Members
     -------
     i : In(stream.Signature(I2cCommand()))
     o : Out(stream.Signature(I2cResponse()))
     scl_low, sda_low : Out(1)
-        Pull the line low; open drain.
+        Drive the line low (open drain).
     scl_i, sda_i : In(1)
         Levels of the lines, asynchronous.
     """
-    def __init__(self, clock_hz, bus_hz=100_000, *, stretch_seconds=1e-3):
+    def __init__(self, clock_hz: int, bus_hz: int = 100_000, *, stretch_seconds: float = 1e-3):
         if not 0 < bus_hz <= 100_000:
-            raise ValueError(f"bus_hz must be from 1 to 100000, the rate of I2C's standard mode, not {bus_hz!r}")
+            raise ValueError(f"bus_hz must be from 1 to 100000, the limit of I2C's standard mode, not {bus_hz!r}")
         if clock_hz < 4 * bus_hz:
             raise ValueError(f"clock_hz must be at least four times bus_hz, {4 * bus_hz}, not {clock_hz!r}")
         if not stretch_seconds > 0:
             raise ValueError(f"stretch_seconds must be greater than 0, not {stretch_seconds!r}")
 
-        def cycles(nanoseconds):
+        def cycles(nanoseconds: int) -> int:
             return -(-nanoseconds * clock_hz // 10**9)
 
         period = -(-clock_hz // bus_hz)
@@ -98,7 +100,7 @@ class I2cMaster(wiring.Component):
             "sda_i": In(1, init=1),
         })
 
-    def elaborate(self, platform):
+    def elaborate(self, platform: object) -> Module:
         m = Module()
         scl = Signal(init=1)
         sda = Signal(init=1)
@@ -108,29 +110,29 @@ class I2cMaster(wiring.Component):
         command = Signal(I2cCommand(), reset_less=True)     # its data is the shift register
         result  = Signal(Failure, reset_less=True)
         kind    = Signal(_Kind)
-        held    = Signal()                                  # between start and stop: SCL is low while nothing happens
+        held    = Signal()                                  # between start and stop: SCL is low between commands
         bit     = Signal(range(9), reset_less=True)         # of the byte; 8 is the acknowledge
-        pulses  = Signal(range(10), reset_less=True)        # clocks of a recovery
+        pulses  = Signal(range(10), reset_less=True)        # clock pulses of a recovery
         timer   = Signal(range(max(self.low, self.high)))   # cycles left of this phase, less one
         stretch = Signal(range(self.stretch), reset_less=True)
 
         acknowledge = Signal()
         m.d.comb += acknowledge.eq(bit == 8)
 
-        def begin(state, cycles):
+        def begin(state: str, cycles: Value | int) -> None:
             m.d.sync += timer.eq(cycles - 1)
             m.next = state
 
-        def fall(next_kind):
-            """SCL falls; what the next pulse is for."""
+        def fall(next_kind: Value | _Kind) -> None:
+            """SCL falls; ``next_kind`` is the purpose of the next pulse."""
             m.d.sync += [self.scl_low.eq(1), kind.eq(next_kind)]
             begin("hold", self.hold)
 
-        def rise():
+        def rise() -> None:
             m.d.sync += [self.scl_low.eq(0), stretch.eq(self.stretch - 1)]
             m.next = "rise"
 
-        def give_up(failure):
+        def give_up(failure: Failure) -> None:
             m.d.sync += [self.scl_low.eq(0), self.sda_low.eq(0), held.eq(0), result.eq(failure)]
             m.next = "respond"
 
@@ -152,7 +154,7 @@ class I2cMaster(wiring.Component):
                     with m.Else():
                         give_up(Failure.NO_ACKNOWLEDGE)
 
-            # SCL low: data stay for a while, then change.
+            # SCL low: data hold, then change.
             with m.State("hold"):
                 with m.If(timer == 0):
                     with m.Switch(kind):
@@ -170,7 +172,7 @@ class I2cMaster(wiring.Component):
                 with m.If(timer == 0):
                     rise()
 
-            # SCL released: it may be held low, or come up slowly.
+            # SCL released: it may be stretched, or rise slowly.
             with m.State("rise"):
                 with m.If(scl):
                     begin("high", Mux(kind == _Kind.START, self.low, self.high))
@@ -221,7 +223,7 @@ class I2cMaster(wiring.Component):
                     m.d.sync += held.eq(1)
                     fall(_Kind.BIT)
 
-            # After a stop. One that ends a recovery is none if the chip answers it with a zero of its own.
+            # After a stop. At the end of a recovery there is none if the chip sends a zero in that bit.
             with m.State("free"):
                 with m.If(timer == 0):
                     m.d.sync += held.eq(0)

@@ -6,6 +6,7 @@ from amaranth.lib.wiring import In, Out
 
 from golden.video.pairing import LIVES
 
+from ..parts.counters import count_events
 from .buffers import CameraBuffers, Fetch, PairRead, PictureSlots, Writing
 
 
@@ -13,16 +14,16 @@ __all__ = ["BufferControl"]
 
 
 class BufferControl(wiring.Component):
-    """Which buffer each camera fills, which two frames are a pair, which picture is shown. Golden: :class:`golden.video.pairing.Pairing`,
-    whose
-    module states the rule, its reasons and its promises; :meth:`golden.video.pairing.Pairing.clock` states the order of what comes in one
-    cycle.
+    """Decides which buffer each camera fills, which two frames are a pair, and which picture is shown.
 
-    Whatever the memory does only delays: a pair is read for as long as it takes, and its buffers are left alone. A picture that is not
-    finished ``life_clocks`` after its pair was read is given up, so that a picture that went missing does not stop the system.
+    Golden: :class:`golden.video.pairing.Pairing`. Its module states the rule, the reasons and what it guarantees;
+    :meth:`golden.video.pairing.Pairing.clock` states the order of events in one cycle.
 
-    Timing: a pair starts 2 cycles after the event that made it possible: one to decide, and ``start`` comes from a register. A parameter
-    sampled at ``start`` counts for the whole pair. ``hold`` counts from the next cycle on.
+    A slow memory only delays: the buffers of a pair stay locked for as long as it is read. A picture that is not finished ``life_clocks``
+    after its pair was read is given up, so that a missing picture does not stop the system.
+
+    Timing: a pair starts 2 cycles after the event that made it possible: one to decide, and ``start`` is registered. A parameter sampled
+    at ``start`` applies to the whole pair. ``hold`` takes effect in the next cycle.
 
     Parameters
     ----------
@@ -31,32 +32,32 @@ class BufferControl(wiring.Component):
     window_clocks : int
         Greatest number of cycles between the beginnings of a pair's frames.
     life_clocks : int
-        Age at which a frame is used no more; ``4 * window_clocks`` by default.
+        Age at which a frame expires; ``4 * window_clocks`` by default.
 
     Members
     -------
     left_camera, right_camera : In(Writing(buffers))
         Frames.
     disparity_plane, left_plane : In(Writing(buffers))
-        The planes of the shown pictures.
+        Planes of the shown pictures.
     reader : In(PairRead(buffers))
     display : In(Fetch(buffers))
     hold : In(1)
-        No new pair starts; the picture freezes.
+        No new pair starts; the shown picture freezes.
     clear : In(1)
-        Sets the counters to zero, or to one where they count in this cycle.
+        Sets the counters to zero, or to one if they count in this cycle.
     pairs : Out(16)
-        Pairs started. This and the other counters stay at their greatest value, and show an event 2 cycles after it.
+        Pairs started. All counters hold their greatest value, and show an event 2 cycles after it.
     left_skipped, right_skipped : Out(16)
         Frames for which no buffer was free.
     left_unpaired, right_unpaired : Out(16)
-        Complete frames that found no partner, or a newer one took their place first.
+        Complete frames that expired, or were replaced by a newer one, without a partner.
     pictures_dropped, pictures_abandoned : Out(16)
-        Complete pictures that gave way to the next one before a fetch; pictures that did not become complete.
+        Complete pictures replaced by the next one before a fetch; pictures that were not completed.
     """
     COUNTERS = ("pairs", "left_skipped", "right_skipped", "left_unpaired", "right_unpaired", "pictures_dropped", "pictures_abandoned")
 
-    def __init__(self, buffers, window_clocks, life_clocks=None):
+    def __init__(self, buffers: int, window_clocks: int, life_clocks: int | None = None):
         if buffers < 2:
             raise ValueError(f"a frame store has at least 2 buffers for each picture, not {buffers!r}")
         if window_clocks < 1:
@@ -78,7 +79,7 @@ class BufferControl(wiring.Component):
             **{name: Out(16) for name in self.COUNTERS},
         })
 
-    def elaborate(self, platform):
+    def elaborate(self, platform: object) -> Module:
         m = Module()
         m.submodules.left = left = CameraBuffers(self.buffers, self.life_clocks)
         m.submodules.right = right = CameraBuffers(self.buffers, self.life_clocks)
@@ -88,7 +89,7 @@ class BufferControl(wiring.Component):
         for name in ("disparity_plane", "left_plane", "display"):
             wiring.connect(m, wiring.flipped(getattr(self, name)), getattr(slots, name))
 
-        # Both ages are of the same cycle, and neither has stopped while its frame is available: their difference is that of the begins.
+        # Neither age saturates while its frame is available: the difference of the ages is that of the beginnings.
         hold    = Signal()
         reading = Signal()
         start   = Signal()
@@ -109,14 +110,11 @@ class BufferControl(wiring.Component):
         for camera, buffer in ((left, self.reader.left_buffer), (right, self.reader.right_buffer)):
             m.d.comb += [camera.take.eq(start), camera.locked.eq(reading & ~done), buffer.eq(camera.reading)]
 
-        # The counters come a cycle later: what they count is decided late in its own.
+        # The counters are a cycle late: the events that they count are at the end of long paths.
         events = (start, left.skipped, right.skipped, left.unpaired, right.unpaired, slots.dropped, slots.abandoned)
         for name, event in zip(self.COUNTERS, events, strict=True):
             counter = getattr(self, name)
             counted = Signal(name=f"{name}_counted")
             m.d.sync += counted.eq(event)
-            with m.If(self.clear):
-                m.d.sync += counter.eq(counted)
-            with m.Elif(counted & ~counter.all()):
-                m.d.sync += counter.eq(counter + 1)
+            count_events(m, counter, counted, self.clear)
         return m

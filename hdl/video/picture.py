@@ -1,5 +1,6 @@
-"""The picture on its way to the monitor: into the FIFO in front of the display, and out of it."""
+"""The picture for the monitor: its way into the display's FIFO, and out of it."""
 
+import numpy as np
 from amaranth import *
 from amaranth.lib import data, stream, wiring
 from amaranth.lib.memory import Memory
@@ -16,7 +17,7 @@ __all__ = ["DisplaySettings", "PictureGate", "PictureScan", "QueuedPixel"]
 
 
 class QueuedPixel(data.StructLayout):
-    """A :class:`ShownPixel` on its way to the display: ``tag`` differs between the pictures of one ``fetch`` and the next.
+    """A :class:`ShownPixel` in the display's FIFO; ``tag`` alternates from one ``fetch`` to the next.
 
     17 bits for 80 disparities, 18 for 256: a word of an M9K block.
     """
@@ -25,14 +26,14 @@ class QueuedPixel(data.StructLayout):
 
 
 class PictureGate(wiring.Component):
-    """Lets the pixels of the picture that was fetched last pass, each at its place, and nothing else.
+    """Passes the pixels of the picture that was fetched last, and discards all others.
 
-    After ``fetch`` all words are discarded up to the first one with ``first``; all if no picture was announced. What comes is checked
-    against the picture's size: with the first word at odds with it the rest is discarded. In mode ``both`` every second pixel of every
-    second line passes, so that no more enters the FIFO than is shown.
+    After ``fetch`` words are discarded up to the first one with ``first``; all words if no picture was announced. Their flags are checked
+    against the picture's size: from the first mismatch on the rest is discarded. In mode ``both`` every second pixel of every second line
+    passes: only pixels that are shown enter the FIFO.
 
-    Timing: combinational from ``i`` to ``word``; a word a cycle. ``i.ready`` depends combinationally on ``ready`` and on ``fetch``, in
-    whose cycle, and in the one after it, words are taken and discarded.
+    Timing: combinational from ``i`` to ``word``; a word a cycle. ``i.ready`` depends combinationally on ``ready`` and on ``fetch``: in the
+    cycle of ``fetch`` and in the next one words are accepted and discarded.
 
     Parameters
     ----------
@@ -40,29 +41,29 @@ class PictureGate(wiring.Component):
     width, height : int
         Of the picture, in pixels.
     reader_skips : bool
-        In mode ``both`` the lines 0, 2, 4, ... come and no others; as many as the half picture has.
+        In mode ``both`` the source sends the lines 0, 2, 4, ... only, as many as the half picture has.
 
     Members
     -------
     fetch : In(1)
-        For one cycle: the picture so far is given up.
+        One cycle: the current picture is given up.
     shown_valid : In(1)
-        In the cycle after ``fetch``: a picture comes.
+        In the cycle after ``fetch``: a picture is announced.
     halves : In(1)
         Mode ``both``; changes with ``fetch`` only.
     tag : In(1)
-        Of the words to come; changes with ``fetch`` only.
+        Tag of the words written; changes with ``fetch`` only.
     i : In(stream.Signature(ShownPixel(config)))
     word : Out(QueuedPixel(config))
     write : Out(1)
-        ``word`` is offered; it is taken if ``ready`` is high. No stream: ``fetch`` withdraws an offer.
+        ``word`` is offered; it is accepted if ``ready`` is high. Not a stream, because ``fetch`` withdraws an offer.
     ready : In(1)
     announced : Out(1)
-        The picture that was fetched last is there to show; from two cycles after ``fetch`` on.
-    coming : Out(1)
-        Words of it are still to come.
+        There is a picture to show; valid from two cycles after ``fetch`` on.
+    unfinished : Out(1)
+        Words of it are still expected.
     """
-    def __init__(self, config: MatcherConfig, width, height, *, reader_skips=False):
+    def __init__(self, config: MatcherConfig, width: int, height: int, *, reader_skips: bool = False):
         self.width = width
         self.height = height
         self.reader_skips = reader_skips
@@ -76,24 +77,24 @@ class PictureGate(wiring.Component):
             "write": Out(1),
             "ready": In(1),
             "announced": Out(1),
-            "coming": Out(1),
+            "unfinished": Out(1),
         })
 
-    def elaborate(self, platform):
+    def elaborate(self, platform: object) -> Module:
         m = Module()
         pixel = self.i.p
 
-        # Place of the next pixel in the picture.
+        # Position of the next pixel in the picture.
         x = Signal(range(self.width))
         y = Signal(range(self.height))
-        begun, line_end, last_line, fits = Signal(), Signal(), Signal(), Signal()
+        begun, line_end, last_line, flags_match = Signal(), Signal(), Signal(), Signal()
         m.d.comb += [
             begun.eq((x != 0) | (y != 0)),
             line_end.eq(x == self.width - 1),
             last_line.eq(y == self.height - 1),
-            fits.eq((pixel.first != begun) & (pixel.last == line_end)),
+            flags_match.eq((pixel.first != begun) & (pixel.last == line_end)),
         ]
-        # Of an odd number of columns or lines the last one is in no half picture.
+        # The half picture has every second pixel; the last of an odd number of columns or lines is not in it.
         left_out = x[0] | (x == self.width // 2 * 2)
         if self.reader_skips:
             with m.If(self.halves):
@@ -103,47 +104,47 @@ class PictureGate(wiring.Component):
 
         wanted = Signal()
         m.d.comb += [
-            wanted.eq(self.coming & (begun | pixel.first)),
+            wanted.eq(self.unfinished & (begun | pixel.first)),
             self.word.disparity.eq(pixel.disparity), self.word.left.eq(pixel.left),
             self.word.first.eq(pixel.first), self.word.tag.eq(self.tag),
-            self.write.eq(self.i.valid & wanted & fits & ~(self.halves & left_out) & ~self.fetch),
-            self.i.ready.eq(~self.coming | self.fetch | self.ready),
+            self.write.eq(self.i.valid & wanted & flags_match & ~(self.halves & left_out) & ~self.fetch),
+            self.i.ready.eq(~self.unfinished | self.fetch | self.ready),
         ]
         with m.If(self.i.valid & self.i.ready & wanted):
             m.d.sync += x.eq(x + 1)
             with m.If(line_end):
                 m.d.sync += [x.eq(0), y.eq(y + 1)]
-            with m.If(~fits | (line_end & last_line)):
-                m.d.sync += self.coming.eq(0)
+            with m.If(~flags_match | (line_end & last_line)):
+                m.d.sync += self.unfinished.eq(0)
 
         fetched = Signal()
         m.d.sync += fetched.eq(self.fetch)
         with m.If(fetched):
-            m.d.sync += [self.announced.eq(self.shown_valid), self.coming.eq(self.shown_valid)]
+            m.d.sync += [self.announced.eq(self.shown_valid), self.unfinished.eq(self.shown_valid)]
         with m.If(self.fetch):
-            m.d.sync += [self.coming.eq(0), x.eq(0), y.eq(0)]
+            m.d.sync += [self.unfinished.eq(0), x.eq(0), y.eq(0)]
         return m
 
 
 class DisplaySettings(data.StructLayout):
-    """What holds for a frame: mode ``both``, mode ``left``, disparities in colour, and that there is a picture at all."""
-    def __init__(self):
+    """Settings of a frame of the display: mode ``both``, mode ``left``, disparities in colour, and whether there is a picture."""
+    def __init__(self) -> None:
         super().__init__({"halves": 1, "only_left": 1, "colour": 1, "announced": 1})
 
 
 class PictureScan(wiring.Component):
-    """Colours of the pixel that the display's counters point to. All of it is in the display's clock domain.
+    """Colours of the pixel that the display's counters point to; all in the display's clock domain.
 
-    The golden model is :func:`golden.video.display.monitor_picture`. A picture pixel that is not there as it is needed is black, and so is
-    the picture from there on. Words whose tag is not that of this frame are drained as fast as they come, and before the picture begins
-    all that cannot be its first: after a reset of the display a tag may come back too early.
+    The golden model is :func:`golden.video.display.monitor_picture`. A picture pixel that is not available when it is needed is black, and
+    so is the rest of the picture. Words with another tag than this frame's are drained, one a cycle, and so are words before the picture
+    begins that are not its first: after a reset of the display alone a tag may repeat.
 
-    A table of ``labels`` words of 32 bits gives a disparity's grey level and its red, green and blue: nothing is divided at run time. In
-    mode ``both`` the left pixels of a line wait in a line memory until its disparities have been shown.
+    A table of ``labels`` words of 32 bits holds a disparity's grey level and its red, green and blue. In mode ``both`` the left pixels of
+    a line are kept in a line buffer until its disparities have been shown.
 
     Timing: latency :attr:`LATENCY` cycles from ``x`` and ``y`` to the colours, which are registered.
 
-    Memory: ``labels * 32`` bits of shades, ``width // 2 * 8`` of line memory.
+    Memory: ``labels * 32`` bits of shades, ``width // 2 * 8`` of line buffer.
 
     Parameters
     ----------
@@ -157,26 +158,22 @@ class PictureScan(wiring.Component):
     x, y : In
         Column and line of :class:`DviTiming`.
     frame_start : In(1)
-        In vertical blanking: the next picture is awaited from now on.
+        In vertical blanking: from the next cycle on words of the next picture are expected.
     settings : In(DisplaySettings())
         Changes in vertical blanking only.
     tag : In(1)
-        Of the words of this frame; changes with ``frame_start`` only.
-    head : In(QueuedPixel(config))
-        Next word of the FIFO.
-    there : In(1)
-        There is one.
-    take : Out(1)
-        Combinational; may be high without ``there``.
+        Tag of this frame's words; changes with ``frame_start`` only.
+    i : In(stream.Signature(QueuedPixel(config)))
+        From the FIFO. ``i.ready`` depends combinationally on ``i``.
     needed : Out(1)
         A word is to be shown in this cycle.
     underflow : Out(1)
-        For one cycle, once a frame: the word that is needed is not there. Only if a picture was announced.
+        One cycle, once a frame: the word needed is not available. Only if a picture was announced.
     red, green, blue : Out(8)
     """
     LATENCY = 2
 
-    def __init__(self, config: MatcherConfig, display: DisplayFormat, width, height):
+    def __init__(self, config: MatcherConfig, display: DisplayFormat, width: int, height: int):
         self.whole = placement(display, width, height, DisplayMode.DISPARITY)
         self.halves = placement(display, width, height, DisplayMode.BOTH)
         self.config = config
@@ -187,9 +184,7 @@ class PictureScan(wiring.Component):
             "frame_start": In(1),
             "settings": In(DisplaySettings()),
             "tag": In(1),
-            "head": In(QueuedPixel(config)),
-            "there": In(1),
-            "take": Out(1),
+            "i": In(stream.Signature(QueuedPixel(config))),
             "needed": Out(1),
             "underflow": Out(1),
             "red": Out(PIXEL_BITS),
@@ -197,26 +192,26 @@ class PictureScan(wiring.Component):
             "blue": Out(PIXEL_BITS),
         })
 
-    def elaborate(self, platform):
+    def elaborate(self, platform: object) -> Module:
         m = Module()
-        head, halves = self.head, self.settings.halves
+        head, halves = self.i.p, self.settings.halves
 
-        def within(place):
-            # A comparison with 0 would be a constant, of which tools warn.
+        def within(place: tuple[range, range]) -> Value:
+            # Without comparisons with 0: they are constants, which tools warn of.
             return Cat(at < limits.stop if limits.start == 0 else (at >= limits.start) & (at < limits.stop)
                        for at, limits in zip((self.x, self.y), place)).all()
 
-        # Is this pixel one of the picture, and is it there?
+        # Is this pixel in the picture, and is its word available?
         inside, good = Signal(), Signal()
         begun, failed = Signal(), Signal()
         column = Signal(range(self.width))  # of the picture, or of either half picture
-        beside = Signal()                   # in the half picture to the right
+        right_half = Signal()               # in the half picture to the right
         m.d.comb += [
             inside.eq(self.settings.announced & ~failed & Mux(halves, within(self.halves), within(self.whole))),
-            self.needed.eq(inside & ~beside),
-            good.eq(self.there & (head.tag == self.tag) & (head.first != begun)),
+            self.needed.eq(inside & ~right_half),
+            good.eq(self.i.valid & (head.tag == self.tag) & (head.first != begun)),
             self.underflow.eq(self.needed & ~good),
-            self.take.eq(self.needed & good | (head.tag != self.tag) | ~(begun | head.first)),
+            self.i.ready.eq(self.needed & good | (head.tag != self.tag) | ~(begun | head.first)),
         ]
         with m.If(self.frame_start):
             m.d.sync += [begun.eq(0), failed.eq(0)]
@@ -226,13 +221,13 @@ class PictureScan(wiring.Component):
         with m.If(inside):
             m.d.sync += column.eq(column + 1)
             with m.If(halves & (column == self.width // 2 - 1)):
-                m.d.sync += [column.eq(0), beside.eq(~beside)]
+                m.d.sync += [column.eq(0), right_half.eq(~right_half)]
         with m.Else():
-            m.d.sync += beside.eq(0)
+            m.d.sync += right_half.eq(0)
 
-        # Tables, and what goes beside them.
+        # Tables, and registers as deep as their latency.
         labels = self.config.labels
-        greys = grey_level(range(labels), labels)
+        greys = grey_level(np.arange(labels), labels)
         shades = [{"grey": int(grey), "red": int(red), "green": int(green), "blue": int(blue)}
                   for grey, (red, green, blue) in zip(greys, colour_table()[greys])]
         shade_shape = data.StructLayout(dict.fromkeys(shades[0], PIXEL_BITS))
@@ -240,20 +235,20 @@ class PictureScan(wiring.Component):
         m.submodules.line = line_memory = Memory(shape=PIXEL_BITS, depth=self.width // 2, init=[])
         shade, line_read, line_write = shade_memory.read_port(), line_memory.read_port(), line_memory.write_port()
         shown = Signal()
-        shown_beside = Signal(reset_less=True)
+        shown_right = Signal(reset_less=True)
         level = Signal(PIXEL_BITS, reset_less=True)
         m.d.comb += [
             shade.addr.eq(head.disparity),
             line_write.addr.eq(column), line_write.data.eq(head.left), line_write.en.eq(self.needed & halves),
             line_read.addr.eq(column),
         ]
-        m.d.sync += [shown.eq(inside & ~self.underflow), shown_beside.eq(beside), level.eq(head.left)]
+        m.d.sync += [shown.eq(inside & ~self.underflow), shown_right.eq(right_half), level.eq(head.left)]
 
         # Colours.
         for output, tint in ((self.red, shade.data.red), (self.green, shade.data.green), (self.blue, shade.data.blue)):
             with m.If(~shown):
                 m.d.sync += output.eq(0)
-            with m.Elif(shown_beside):
+            with m.Elif(shown_right):
                 m.d.sync += output.eq(line_read.data)
             with m.Elif(self.settings.only_left):
                 m.d.sync += output.eq(level)

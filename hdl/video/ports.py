@@ -1,4 +1,4 @@
-"""What a board must give the video system, and what it gets from it."""
+"""Ports between a board's top level and the video system."""
 
 from amaranth.lib.wiring import In, Out, Signature
 
@@ -10,12 +10,12 @@ from .words import LocalBus
 __all__ = ["DOMAINS", "SystemPorts"]
 
 
-#: Clock domains that the board provides: the memory controller's, that of the monitor's pixels, those of the decoder's two channels.
+#: Clock domains that the board provides: the memory controller's, the monitor's pixel clock, those of the decoder's two channels.
 DOMAINS = ("sync", "display", "left_camera", "right_camera")
 
 
 class SystemPorts(Signature):
-    """Ports of the video system, as it sees them; in domain ``sync`` if nothing else is said.
+    """Ports of the video system, seen from the system; in domain ``sync`` unless another one is named.
 
     Members
     -------
@@ -23,20 +23,21 @@ class SystemPorts(Signature):
         BT.656 bytes, in ``left_camera`` and ``right_camera``.
     memory : Out(LocalBus())
     red, green, blue : Out(8), de, hsync, vsync : Out(1)
-        In ``display``: a pixel, whether it is one of the picture, and the sync signals with the polarity of the format.
+        In ``display``: a pixel, whether it is in the active area, and the sync signals with the polarity of the format.
     decoder_scl_low, decoder_sda_low, dvi_scl_low, dvi_sda_low : Out(1)
-        Pull a line of the decoder's or the DVI transmitter's I2C bus down.
+        Drive a line of the decoder's or the DVI transmitter's I2C bus low (open drain).
     decoder_scl, decoder_sda, dvi_scl, dvi_sda : In(1)
         Level of the line.
     decoder_reset_n, decoder_powerdown_n : Out(1)
+        Low active.
     uart_rx : In(1), uart_tx : Out(1)
         High when idle.
     leds : Out(8)
         1 is lit.
     buttons : In(4)
-        1 is pressed; bouncing.
+        1 is pressed; not debounced.
     """
-    def __init__(self):
+    def __init__(self) -> None:
         super().__init__({
             "left_data": In(8),
             "right_data": In(8),

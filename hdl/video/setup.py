@@ -1,15 +1,17 @@
-"""Set-up of the video chips: a sequencer that walks a chip's table of steps."""
+"""Set-up of the video chips: a sequencer for a chip's table of steps."""
 
 import enum
 import math
+from typing import Any
 
 from amaranth import *
 from amaranth.lib import data, wiring
 from amaranth.lib.memory import Memory
 from amaranth.lib.wiring import In, Out
 
-from golden.video.setup_steps import Chip, Drive, Failure, Lock, Poll, Write
+from golden.video.setup_steps import Chip, Drive, Failure, Lock, Poll, Step, Write
 
+from ..parts.counters import count_events
 from .i2c import I2cMaster
 
 
@@ -17,7 +19,7 @@ __all__ = ["ChipSetup"]
 
 
 class _Kind(enum.Enum):
-    """What a step does."""
+    """Kind of a step."""
     DRIVE = 0
     WRITE = 1
     POLL = 2
@@ -29,20 +31,20 @@ _KINDS = {Drive: _Kind.DRIVE, Write: _Kind.WRITE, Poll: _Kind.POLL, Lock: _Kind.
 
 class _StepWord(data.StructLayout):
     """A step in memory; ``ticks`` is its time."""
-    def __init__(self, ticks_max, channels):
+    def __init__(self, ticks_max: int, channels: int):
         super().__init__({
             "kind": _Kind, "register": 8, "value": 8, "mask": 8, "ticks": range(ticks_max + 1), "channel": range(max(channels, 1)),
         })
 
 
 class ChipSetup(wiring.Component):
-    """Sets a chip up over an I2C bus of its own, and watches it from then on.
+    """Sets up a chip over an I2C bus, and monitors it from then on.
 
-    The table is ``chip.setup``, walked once, then ``chip.watch``, walked every ``watch_seconds``. A step that fails for longer than its
-    own time ends the try: ``step`` and ``reason`` say which one and why (:meth:`golden.video.setup_steps.Chip.explain` puts it in words),
-    ``failures`` counts, and after ``pause_seconds`` the whole set-up begins again, pins and all. When ``tries`` tries in a row have failed,
-    ``failed`` is set and nothing more happens until ``restart``. A failure while the chip is watched is counted too and begins such a row
-    of tries anew.
+    The steps of ``chip.setup`` are executed once, then those of ``chip.watch`` every ``watch_seconds``. A step that still fails after its
+    time ends the attempt: ``step`` and ``reason`` tell which one and why (:meth:`golden.video.setup_steps.Chip.explain` puts it in words),
+    ``failures`` counts, and after ``pause_seconds`` the whole set-up is repeated, from the pins on. After ``tries`` attempts in a row have
+    failed, ``failed`` is set and the bus is idle until ``restart``. A failure of a step of ``chip.watch`` is counted too, and starts the
+    set-up with all its attempts again.
 
     Status: ``busy`` from reset or ``restart`` until ``done`` or ``failed``, exactly one of the three is high. ``step`` and ``reason`` are
     those of the latest failure since reset or ``restart``. ``locked`` is low unless ``done``.
@@ -55,17 +57,18 @@ class ChipSetup(wiring.Component):
     ----------
     chip : :class:`golden.video.setup_steps.Chip`
     clock_hz, bus_hz, stretch_seconds
-        As :class:`I2cMaster` takes them.
+        As of :class:`I2cMaster`.
     tries : int
+        Attempts in a row, at least 1.
     pause_seconds : float
-        Between tries.
+        Between two attempts.
     watch_seconds : float
-        Between walks along ``chip.watch``.
+        Between two executions of ``chip.watch``.
 
     Members
     -------
     restart : In(1)
-        Set up again from the beginning, as after reset, once the transfer on the bus has ended; one cycle is enough.
+        Repeat the set-up from the beginning, as after reset, once the transfer on the bus has ended; high for a cycle or more.
     scl_low, sda_low : Out(1)
     scl_i, sda_i : In(1)
         The bus, as of :class:`I2cMaster`.
@@ -75,13 +78,14 @@ class ChipSetup(wiring.Component):
     step : Out(range(len(chip.steps)))
     reason : Out(Failure)
     failures : Out(16)
-        Failed tries and failures while watched; stays at its greatest value.
+        Failed attempts, and failures of ``chip.watch``; holds its greatest value.
     locked : Out(chip.channels)
-        One bit a channel; not there for a chip without.
+        One bit a channel; only if the chip has channels.
     """
     TICK_SECONDS = 100e-6
 
-    def __init__(self, chip: Chip, clock_hz, bus_hz=100_000, *, stretch_seconds=1e-3, tries=4, pause_seconds=0.1, watch_seconds=0.02):
+    def __init__(self, chip: Chip, clock_hz: int, bus_hz: int = 100_000, *, stretch_seconds: float = 1e-3, tries: int = 4,
+                 pause_seconds: float = 0.1, watch_seconds: float = 0.02):
         if tries < 1:
             raise ValueError(f"a chip must be set up in at least 1 try, not {tries!r}")
         for name, seconds in (("pause_seconds", pause_seconds), ("watch_seconds", watch_seconds)):
@@ -112,19 +116,19 @@ class ChipSetup(wiring.Component):
             members["locked"] = Out(chip.channels)
         super().__init__(members)
 
-    def _ticks(self, seconds):
-        """``seconds`` in ticks, rounded up, but not for the last digit of a float."""
+    def _ticks(self, seconds: float) -> int:
+        """``seconds`` in ticks, rounded up, but not for a rounding error of the float."""
         return math.ceil(round(seconds / self.TICK_SECONDS, 6))
 
-    def _word(self, step):
+    def _word(self, step: Step) -> dict[str, Any]:
         """A step as a word of the memory."""
-        value = sum(level << place for place, level in enumerate(step.levels)) if isinstance(step, Drive) else step.value
+        value = sum(level << place for place, level in enumerate(step.levels)) if isinstance(step, Drive) else getattr(step, "value", 0)
         return {
             "kind": _KINDS[type(step)], "register": getattr(step, "register", 0), "value": value, "mask": getattr(step, "mask", 0),
             "ticks": self._ticks(step.seconds), "channel": getattr(step, "channel", 0),
         }
 
-    def elaborate(self, platform):
+    def elaborate(self, platform: object) -> Module:
         m = Module()
         chip = self.chip
         m.submodules.master = master = self.master
@@ -152,7 +156,7 @@ class ChipSetup(wiring.Component):
         expired = Signal()
         m.d.comb += expired.eq((cycles == 0) & (ticks == 0))
 
-        def wait(ticks_to_wait):
+        def wait(ticks_to_wait: Value | int) -> None:
             m.d.sync += [ticks.eq(ticks_to_wait), cycles.eq(0)]
 
         # A transfer: three bytes to write a register, four to read one.
@@ -174,17 +178,17 @@ class ChipSetup(wiring.Component):
         matches = Signal()
         m.d.comb += matches.eq((byte & word.mask) == word.value)
 
-        again  = Signal()                       # `restart` has come
-        tries  = Signal(range(self.tries), init=self.tries - 1)     # left after this one
+        again  = Signal()                       # `restart` was high
+        tries  = Signal(range(self.tries), init=self.tries - 1)     # remaining after this one
         locked = self.locked if chip.channels else Signal(1)
         with m.If(self.restart):
             m.d.sync += again.eq(1)
 
-        def begin():
+        def begin() -> None:
             m.d.sync += at.eq(0)
             m.next = "fetch"
 
-        def begin_again():
+        def begin_again() -> None:
             m.d.sync += [again.eq(self.restart), tries.eq(self.tries - 1), self.busy.eq(1), self.done.eq(0), self.failed.eq(0)]
             m.d.sync += [self.step.eq(0), self.reason.eq(Failure.NONE), locked.eq(0)]
             begin()
@@ -250,8 +254,7 @@ class ChipSetup(wiring.Component):
             with m.State("fail"):
                 m.d.sync += [self.step.eq(at), self.reason.eq(Mux(result == Failure.NONE, Failure.NOT_READY, result))]
                 m.d.sync += [locked.eq(0), self.done.eq(0)]
-                with m.If(~self.failures.all()):
-                    m.d.sync += self.failures.eq(self.failures + 1)
+                count_events(m, self.failures)
                 with m.If(~self.done & (tries == 0)):
                     m.d.sync += [self.busy.eq(0), self.failed.eq(1)]
                     m.next = "stop"

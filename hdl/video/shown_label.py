@@ -1,4 +1,4 @@
-"""What the monitor shows of a disparity that has a least one, and perhaps a fraction."""
+"""The label that the monitor shows of a disparity that may have an offset and a fraction."""
 
 from amaranth import *
 from amaranth.lib import wiring
@@ -13,10 +13,10 @@ __all__ = ["ShownLabel"]
 
 
 class ShownLabel(wiring.Component):
-    """The label of a disparity: without the fraction (floor), less the least disparity of its picture. Cost ``FUSED``.
+    """The label of a disparity: its integer part (floor) less the least disparity of its picture. Cost ``FUSED``.
 
-    The least disparity may change between two pairs, while the picture of the one before still leaves the matcher: that of the pair
-    started last counts from the next picture's first word on.
+    The least disparity may change between two pairs, while the matcher still sends the picture of the one before: the value of the pair
+    started last applies from the next picture's first word on.
 
     Timing: combinational.
 
@@ -25,7 +25,7 @@ class ShownLabel(wiring.Component):
     minimum : In(MINIMUM_BITS), start : In(1)
         Least disparity of the pair that starts.
     i : In(DisparityWord(config)), step : In(1)
-        A word of the matcher, and whether it goes by.
+        A word of the matcher, and whether it is transferred.
     label : Out(range(D))
     """
     def __init__(self, config: MatcherConfig):
@@ -35,7 +35,7 @@ class ShownLabel(wiring.Component):
             "label": Out(range(config.labels)),
         })
 
-    def elaborate(self, platform):
+    def elaborate(self, platform: object) -> Module:
         m = Module()
         started, shown = (Signal(MINIMUM_BITS, name=f"minimum_{name}", init=self.config.minimum) for name in ("started", "shown"))
         of_picture = Mux(self.i.first, started, shown)

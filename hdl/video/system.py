@@ -1,4 +1,6 @@
-"""The whole system of the thesis (figures 15 to 18): two cameras in, disparities on a monitor."""
+"""The whole system of the thesis (figures 15 to 18): from two cameras to disparities on a monitor."""
+
+from fractions import Fraction
 
 from amaranth import *
 from amaranth.lib import stream, wiring
@@ -15,6 +17,7 @@ from golden.video.pairing import WINDOW, buffers_needed
 from ..host.registers import SerialRegisters
 from ..matcher.matcher import Matcher
 from ..matcher.stream import PixelPair, copy_flags
+from ..parts.arithmetic import maximum
 from .arbiter import Arbiter
 from .bt656 import CameraInput
 from .buttons import Button
@@ -32,33 +35,33 @@ __all__ = ["PairFork", "StereoSystem"]
 
 
 class PairFork(wiring.Component):
-    """A pair's pixels to the matcher, and those of the left picture to the frame store, for the monitor.
+    """Forks the pixels of a pair: all to the matcher, those of the left picture to the frame store too, for the monitor.
 
-    Timing: combinational; each branch takes a pixel once, whenever it is ready; the pixel has gone when both have it.
+    Timing: combinational; each branch accepts a pixel once, whenever it is ready; ``i`` is accepted when both have it.
 
     Members
     -------
     i, matcher : stream.Signature(PixelPair())
     left : Out(stream.Signature(PlanePixel()))
     """
-    def __init__(self):
+    def __init__(self) -> None:
         super().__init__({
             "i": In(stream.Signature(PixelPair())),
             "matcher": Out(stream.Signature(PixelPair())),
             "left": Out(stream.Signature(PlanePixel())),
         })
 
-    def elaborate(self, platform):
+    def elaborate(self, platform: object) -> Module:
         m = Module()
-        taken = []
+        branches = []
         for name, branch in (("matcher", self.matcher), ("left", self.left)):
-            done = Signal(name=f"{name}_done")  # this branch has the pixel already
-            has = Signal(name=f"{name}_has")
-            m.d.comb += [branch.valid.eq(self.i.valid & ~done), has.eq(done | branch.ready)]
-            m.d.sync += done.eq(self.i.valid & has & ~self.i.ready)
-            taken.append(has)
+            done = Signal(name=f"{name}_done")  # this branch has accepted the pixel in an earlier cycle
+            ready = Signal(name=f"{name}_ready")
+            m.d.comb += [branch.valid.eq(self.i.valid & ~done), ready.eq(done | branch.ready)]
+            m.d.sync += done.eq(self.i.valid & ready & ~self.i.ready)
+            branches.append(ready)
         m.d.comb += [
-            self.i.ready.eq(taken[0] & taken[1]),
+            self.i.ready.eq(branches[0] & branches[1]),
             self.matcher.payload.eq(self.i.payload),
             self.left.p.value.eq(self.i.p.left), *copy_flags(self.left.p, self.i.p),
         ]
@@ -68,15 +71,14 @@ class PairFork(wiring.Component):
 class StereoSystem(wiring.Component):
     """Cameras, frame store, matcher and monitor, with the host's registers and the set-up of the video chips.
 
-    What the monitor shows is :func:`golden.video.display.monitor_picture` of :func:`golden.matcher.labelling.match` (with the cost
-    ``FUSED`` of the
-    labels of :func:`golden.matcher.fused.match`, see :class:`hdl.video.shown_label.ShownLabel`) of the pair that
-    :class:`golden.video.pairing.Pairing`
-    chose from what :func:`golden.video.bt656.decode` made of the cameras' bytes.
+    The monitor shows :func:`golden.video.display.monitor_picture` of :func:`golden.matcher.labelling.match` (with the cost ``FUSED``, of
+    the labels of :func:`golden.matcher.fused.match`, see :class:`hdl.video.shown_label.ShownLabel`), of the pair that
+    :class:`golden.video.pairing.Pairing` chose among the frames that :func:`golden.video.bt656.decode` finds in the cameras' bytes.
 
-    The matcher's settings count from the next pair on, which picture is shown from the monitor's next frame on. Button 0 sets the
-    chips up again, button 1 clears the counters. LEDs: 0 and 1 left and right video is good, 2 and 3 left and right decoder is locked, 4
-    memory ready, 5 changes with each pair, 6 a set-up has failed, 7 something was dropped or came too late since the counters were cleared.
+    The matcher's settings take effect with the next pair, the choice of the shown picture with the monitor's next frame. Button 0 repeats
+    the set-up of the chips, button 1 clears the counters. LEDs: 0 and 1 left and right video is good, 2 and 3 left and right decoder is
+    locked, 4 memory ready, 5 toggles with each pair, 6 a set-up has failed, 7 a frame or picture was dropped or late since the counters
+    were cleared.
 
     Domains: ``sync``, ``display``, ``left_camera``, ``right_camera``, asynchronous to each other.
 
@@ -87,27 +89,28 @@ class StereoSystem(wiring.Component):
     display : :class:`DisplayFormat`
     camera : :class:`CameraFormat`
     timing : :class:`MemoryTiming`
-        ``clock_hz`` is that of ``sync``. What the memory cannot serve is refused: :class:`golden.errors.UserError`.
+        ``clock_hz`` is that of ``sync``. :class:`golden.errors.UserError` if the memory cannot serve the system.
     baud : int
-        Of the registers' line. Its time-out is :data:`golden.host.protocol.FRAME_SECONDS` at :data:`golden.host.protocol.BAUD`.
+        Baud rate of the registers' serial line. The time-out is as many bits as :data:`golden.host.protocol.FRAME_SECONDS` is at
+        :data:`golden.host.protocol.BAUD`.
     setup_hz, bus_hz : int
-        Rate of ``sync`` as the buttons and the set-up of the chips count their times, and of the I2C bus. In simulation a low one makes
-        these times short.
-    window : float
-        Greatest time between the beginnings of a pair's frames, in frames of the cameras.
+        Frequency of ``sync`` that the times of the buttons and of the chips' set-up are counted with, and that of the I2C bus. In a
+        simulation a low ``setup_hz`` shortens these times.
+    window : Fraction or float
+        Greatest time between the beginnings of a pair's frames, in frame periods.
 
     Attributes
     ----------
     matcher : :class:`Matcher`
     memory_map : :class:`MemoryMap`
     budget : :class:`Budget`
-        Of the memory; it sizes the FIFOs.
+        Of the memory's bandwidth; it sizes the FIFOs.
     registers : :class:`RegisterMap`
     depths : dict of str to int
-        Words that the FIFOs hold whose fill the registers tell, by what stands before ``_fill`` in their names.
+        Depth in words of each FIFO whose highest level is in a register, by the register's name without ``_fill``.
     """
     def __init__(self, config: MatcherConfig, display: DisplayFormat, *, camera: CameraFormat = PAL, timing: MemoryTiming | None = None,
-                 baud=BAUD, setup_hz=None, bus_hz=100_000, window=WINDOW):
+                 baud: int = BAUD, setup_hz: int | None = None, bus_hz: int = 100_000, window: Fraction | float = WINDOW):
         if config.max_width != camera.width:
             raise ValueError(f"the matcher is built for lines of {config.max_width} pixels, and the cameras send {camera.width}: "
                              "choose the same width")
@@ -119,7 +122,7 @@ class StereoSystem(wiring.Component):
         self.matcher = matcher = Matcher(config)
         pixels = camera.width * camera.height
         frame_clocks = matcher.frame_clocks(camera.width, camera.height)
-        # A matcher that is too slow for any number of buffers is the budget's to refuse.
+        # A matcher that is too slow for any number of buffers is refused by the budget.
         reading_seconds = frame_clocks / clock_hz
         buffers = buffers_needed(reading_seconds, camera.frame_seconds, window) if reading_seconds < camera.frame_seconds else 3
         self.memory_map = memory_map = MemoryMap(camera.width, camera.height, buffers)
@@ -148,7 +151,7 @@ class StereoSystem(wiring.Component):
         self.serial = SerialRegisters(self.registers, clock_hz, baud, frame_seconds=FRAME_SECONDS * BAUD / baud)
         super().__init__(SystemPorts())
 
-    def elaborate(self, platform):
+    def elaborate(self, platform: object) -> Module:
         m = Module()
         control = m.submodules.control = self.control
         matcher = m.submodules.matcher = self.matcher
@@ -170,7 +173,7 @@ class StereoSystem(wiring.Component):
         restart = Signal()
         m.d.comb += [restart.eq(actions.restart_setup | pressed[0]), clear.eq(actions.clear_counters | pressed[1])]
 
-        # Cameras into the frame store.
+        # From the cameras to the frame store.
         ports = iter(arbiter.write)
         for side, camera in self.cameras.items():
             writer = self.frame_writers[side]
@@ -185,7 +188,7 @@ class StereoSystem(wiring.Component):
             wiring.connect(m, writer.control, getattr(control, f"{side}_camera"))
             m.d.comb += writer.clear_fill.eq(clear)
 
-        # A pair through the matcher. What the host has set counts from its start on.
+        # A pair through the matcher. The host's settings take effect with its start.
         m.submodules.pair_reader = pair_reader = self.pair_reader
         m.submodules.fork = fork = PairFork()
         pairs = iter(arbiter.read)
@@ -200,7 +203,7 @@ class StereoSystem(wiring.Component):
             matcher.apply_settings.eq(start), matcher.clear.eq(clear), control.hold.eq(params.hold), control.clear.eq(clear),
         ]
 
-        # Disparities and the left picture back into the frame store.
+        # Disparities and the left picture to the frame store.
         disparity_writer, left_writer = self.picture_writers["disparity"], self.picture_writers["left"]
         m.submodules.disparity_writer, m.submodules.left_plane_writer = disparity_writer, left_writer
         wiring.connect(m, fork.left, left_writer.i)
@@ -222,7 +225,7 @@ class StereoSystem(wiring.Component):
             wiring.connect(m, writer.control, plane)
             m.d.comb += writer.clear_fill.eq(clear)
 
-        # The frame store to the monitor.
+        # From the frame store to the monitor.
         m.submodules.picture_reader = picture_reader = self.picture_reader
         wiring.connect(m, picture_reader.port, next(pairs))
         wiring.connect(m, picture_reader.o, display.i)
@@ -250,13 +253,13 @@ class StereoSystem(wiring.Component):
             Cat(status.left_locked, status.right_locked).eq(decoder.locked),
         ]
 
-        # What the host sees beside.
+        # Remaining status registers.
         m.d.comb += [
             status.memory_ready.eq(self.memory.init_done), status.matcher_error.eq(matcher.error), status.pairs.eq(control.pairs),
             status.pictures_dropped.eq(control.pictures_dropped), status.pictures_abandoned.eq(control.pictures_abandoned),
             status.display_frames.eq(display.frames), status.display_underflows.eq(display.underflows),
             status.pair_fill.eq(pair_reader.fill), status.display_fill.eq(picture_reader.fill),
-            status.picture_fill.eq(Mux(disparity_writer.fill > left_writer.fill, disparity_writer.fill, left_writer.fill)),
+            status.picture_fill.eq(maximum(disparity_writer.fill, left_writer.fill)),
         ]
         lost = [status[name].any() for name in ("left_dropped", "right_dropped", "left_skipped", "right_skipped", "pictures_abandoned",
                                                 "display_underflows")]

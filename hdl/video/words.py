@@ -1,4 +1,4 @@
-"""Payloads and bus of the video system. Both ends import them: ``connect()`` compares widths only."""
+"""Payloads and memory bus of the video system. Both ends of a stream import them, because ``connect()`` compares widths only."""
 
 from amaranth.lib import data
 from amaranth.lib.wiring import In, Out, Signature
@@ -13,23 +13,23 @@ __all__ = ["ADDRESS_BITS", "WORD_BYTES", "CameraWord", "LocalBus", "PlanePixel",
 
 
 class CameraWord(data.StructLayout):
-    """A pixel of a camera, fields one after the other: all lines of the top field, then all of the bottom field.
+    """A pixel of a camera, field by field: all lines of the top field, then all of the bottom field.
 
-    ``first``: first of its frame; ``last``: last of its line; ``end``: last of its frame (then ``last`` is set too). With ``drop`` the
-    word is no pixel: what came since ``first`` is to be dropped.
+    ``first``: first of its frame; ``last``: last of its line; ``end``: last of its frame (then ``last`` is set too). A word with ``drop``
+    is not a pixel: the frame since ``first`` is abandoned.
     """
-    def __init__(self):
+    def __init__(self) -> None:
         super().__init__({"luma": PIXEL_BITS, "first": 1, "last": 1, "end": 1, "drop": 1})
 
 
 class PlanePixel(data.StructLayout):
-    """A pixel on its way into a picture in memory: a grey level or a disparity, in the order of lines."""
-    def __init__(self):
+    """A pixel of a picture to be stored: a grey level or a disparity, in raster order."""
+    def __init__(self) -> None:
         super().__init__({"value": PIXEL_BITS, **FLAGS})
 
 
 class ShownPixel(data.StructLayout):
-    """What the monitor may show of a pixel: its disparity and its grey level in the left picture.
+    """A pixel of the picture that is shown: its disparity and its grey level in the left picture.
 
     ``first``: first of its picture; ``last``: last of its line.
     """
@@ -38,11 +38,11 @@ class ShownPixel(data.StructLayout):
 
 
 class LocalBus(Signature):
-    """Local interface of Altera's DDR2 high-performance controller (Avalon-MM), as its master sees it; addresses are of words.
+    """Local interface of a DDR2 controller (Avalon-MM, as of Altera's high-performance controller), seen from its master.
 
-    A request, ``read_req`` or ``write_req``, holds until ``ready``. ``burstbegin`` is high in the first cycle of each burst alone, even if
-    ``ready`` is low then. Read data come in order, ``rdata_valid`` marks them, and cannot be held up. ``size`` is the burst's length in
-    words; the controller generated for this board has bursts of one word, and then it is 1.
+    Addresses count words. A request, ``read_req`` or ``write_req``, holds until ``ready``. ``burstbegin`` is high in the first cycle of
+    each burst only, even if ``ready`` is low then. Read data are returned in order, marked by ``rdata_valid``, without back-pressure.
+    ``size`` is the length of the burst in words; it is 1 for a controller with bursts of one word.
     """
     def __init__(self, *, size_bits: int = 1):
         self.size_bits = size_bits

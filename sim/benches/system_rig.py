@@ -17,7 +17,7 @@ from golden.video.bt656 import BLANK_CHROMA, BLANK_LUMA, clip
 from golden.video.display import DisplayMode, monitor_picture
 from golden.video.setup_steps import TVP5154
 from sim.benches.system_sizes import CLOCK_HZ, SETUP_HZ, SIZES, UART_CYCLES
-from sim.models.camera import STANDS, Camera, play_cocotb
+from sim.models.camera import STOPPED, Camera, play_cocotb
 from sim.models.cocotb_ddr2 import serve
 from sim.models.ddr2 import Ddr2Timing, LocalMemory
 from sim.models.i2c import I2cBus, cocotb_bus
@@ -58,7 +58,7 @@ class Film:
             self.frames += 1
             fault = self.faults.popleft() if self.faults else None
             if fault == NO_CLOCK:
-                yield from [STANDS] * self.format.frame_bytes
+                yield from [STOPPED] * self.format.frame_bytes
             elif fault == NO_SIGNAL:
                 yield from [BLANK_CHROMA, BLANK_LUMA] * (self.format.frame_bytes // 2)
             else:

@@ -1,4 +1,4 @@
-"""Stand-in for the video system: registers between the ports that :class:`hdl.video.ports.SystemPorts` names, to trace each."""
+"""Stand-in for the video system: registers between the ports of :class:`hdl.video.ports.SystemPorts`, so that a bench can trace each."""
 
 from functools import cache
 
@@ -18,12 +18,12 @@ __all__ = ["BoardCore", "board_project"]
 
 
 class BoardCore(wiring.Component):
-    """What goes in comes out where a bench sees it.
+    """Connects inputs to outputs that a bench can observe.
 
     - left camera -> FIFO -> ``sync`` -> write data and address of the memory bus; right camera -> FIFO -> the other half of the data;
     - read data ``[23:0]`` -> FIFO -> red, green, blue in ``display``; ``[26:24]`` -> de, hsync, vsync;
-    - each I2C line is pulled low while a button is pressed: 0, 1 the decoder's SCL, SDA; 2, 3 the transmitter's;
-    - LEDs 0..3 are the levels of those lines, 4 is ``uart_rx``, 5 is ``rdata_valid``, 6 ``ready``, 7 ``init_done``;
+    - each I2C line is driven low while a button is pressed: 0, 1 the decoder's SCL, SDA; 2, 3 the transmitter's;
+    - LEDs 0..3 show the levels of those lines, 4 ``uart_rx``, 5 ``rdata_valid``, 6 ``ready``, 7 ``init_done``;
     - ``uart_tx`` is ``uart_rx``; the decoder's reset ends 1 cycle after that of ``sync``, its power-down 2 cycles after.
     """
     def __init__(self, config: MatcherConfig):
@@ -31,7 +31,7 @@ class BoardCore(wiring.Component):
         self.budget = Budget()
         super().__init__(SystemPorts())
 
-    def elaborate(self, platform):
+    def elaborate(self, platform: object) -> Module:
         m = Module()
         m.submodules.matcher = self.matcher
         memory = self.memory

@@ -1,17 +1,19 @@
-"""The memory model of :mod:`sim.models.ddr2` in a cocotb bench."""
+"""The memory model of :mod:`sim.models.ddr2` for cocotb benches."""
+
+from typing import Any
 
 from cocotb.triggers import ReadOnly, RisingEdge
 
 from hdl.video.words import WORD_BYTES
 
-from .ddr2 import Request
+from .ddr2 import LocalMemory, Request
 
 
 __all__ = ["serve"]
 
 
-def _word(value, be):
-    """A word to write as a number; bytes that are not enabled may be unknown, and are 0 then."""
+def _word(value: Any, be: int) -> int:
+    """A word to write as a number; bytes that are not enabled may be unknown, and become 0 then."""
     if value.is_resolvable:
         return value.to_unsigned()
     text = str(value)
@@ -20,10 +22,10 @@ def _word(value, be):
     return sum(int(text[end - 8:end], 2) << 8 * n for n, end in places)
 
 
-async def serve(dut, name, memory, clock=None):
+async def serve(dut: Any, name: str, memory: LocalMemory, clock: Any = None) -> None:
     """Run in the background (``cocotb.start_soon``): the memory at the local bus whose ports begin with ``name__``.
 
-    ``clock`` is ``dut.clk`` by default. Start it before the reset ends; while the requests are unknown there are none.
+    ``clock`` is ``dut.clk`` by default. Start it before the reset ends; unknown requests count as none.
     """
     clock = dut.clk if clock is None else clock
     strobes = [getattr(dut, f"{name}__{member}") for member in ("write_req", "read_req", "burstbegin")]
@@ -32,7 +34,7 @@ async def serve(dut, name, memory, clock=None):
     driven: dict[str, int] = {}
     while True:
         for member, handle in outputs.items():
-            # Most clocks change little, and each access costs more than the model's clock.
+            # An access to the simulator costs more than a clock of the model, and few outputs change in a clock.
             if driven.get(member) != (value := getattr(memory, member)):
                 handle.value = driven[member] = value
         await ReadOnly()

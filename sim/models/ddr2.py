@@ -1,13 +1,17 @@
-"""Strict model of the DDR2 controller's local interface: protocol checked, timing hostile, contents kept."""
+"""Strict model of a DDR2 controller's local interface: checks the protocol, randomises the timing, stores the contents."""
 
 import itertools
 import random
 from collections import deque
+from collections.abc import Callable, Coroutine
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
+import numpy as np
 from amaranth.hdl import Cat
+from numpy.typing import NDArray
 
+from golden.video.memory_map import MemoryMap, Plane
 from hdl.video.words import ADDRESS_BITS, WORD_BYTES
 
 
@@ -16,22 +20,22 @@ __all__ = ["Ddr2Timing", "LocalMemory", "Request", "serve"]
 
 @dataclass(frozen=True)
 class Ddr2Timing:
-    """How unkind the memory is; all times in clocks of the local interface.
+    """Timing of the memory, in clocks of the local interface.
 
     Parameters
     ----------
     init : int
         Clocks until ``init_done``.
     busy : float
-        Chance that ``ready`` is low in a clock.
+        Probability that ``ready`` is low in a clock.
     patience : int
-        Most clocks in a row in which it is low by chance.
+        Most clocks in a row in which it is low at random.
     latency : (int, int)
         Least and most clocks from a read's acceptance to its first word.
     refresh : (int, int)
-        Interval of the refreshes, and how long ``ready`` is low in each; 7.8 us are 585 clocks of 75 MHz.
+        Interval of the refreshes, and the clocks for which ``ready`` is low in each; 7.8 us are 585 clocks of 75 MHz.
     stalls : tuple of (int, int)
-        Long stalls: at which clock, and for how many ``ready`` stays low.
+        Long stalls: the clock from which, and the number of clocks for which, ``ready`` is low.
     """
     init: int = 20
     busy: float = 0.3
@@ -53,18 +57,18 @@ class Request(NamedTuple):
 
 
 class LocalMemory:
-    """The memory behind the local interface, one call of :meth:`clock` a clock.
+    """The memory behind the local interface; :meth:`clock` is called once a clock.
 
-    A violation of the protocol is an ``AssertionError``: a request before ``init_done``; one that changes or goes before ``ready``; both
-    kinds at once; ``burstbegin`` that is missing in a burst's first cycle, or high in another; an address or size out of range; a read
-    within a write burst; a write burst whose address changes.
+    A violation of the protocol is an ``AssertionError``: a request before ``init_done``; one that changes or is withdrawn before
+    ``ready``; a read and a write at once; ``burstbegin`` low in the first cycle of a burst, or high in another; an address or size out of
+    range; a read within a write burst; a write burst whose address changes.
 
-    A word that was never written reads as noise, other noise each time; so do the bytes of a word that were never enabled.
+    A word that was never written reads as noise, different each time; so do bytes of a word that were never enabled.
 
     Parameters
     ----------
     words : int
-        Size of the memory.
+        Words of the memory.
     size : int
         Most words of a local burst.
     timing : Ddr2Timing
@@ -73,11 +77,11 @@ class LocalMemory:
     Attributes
     ----------
     ready, rdata, rdata_valid, init_done : int
-        What the memory drives in the coming clock.
+        The memory's outputs in the next clock.
     now, words_read, words_written : int
-        Clocks gone by, and words moved.
+        Clocks elapsed, and words transferred.
     """
-    def __init__(self, words=2**ADDRESS_BITS, *, size=1, timing=None, seed=1):
+    def __init__(self, words: int = 2**ADDRESS_BITS, *, size: int = 1, timing: Ddr2Timing | None = None, seed: int = 1):
         self.words = words
         self.size = size
         self.timing = timing or Ddr2Timing()
@@ -88,27 +92,32 @@ class LocalMemory:
         self.rdata = self._noise()
         self._contents: dict[int, int] = {}
         self._written_bytes: dict[int, int] = {}
-        self._on_their_way: deque[tuple[int, int]] = deque()    # clock, word
+        self._in_flight: deque[tuple[int, int]] = deque()       # clock, word
         self._waiting: Request | None = None
-        self._burst: tuple[int, int, int] | None = None         # write burst under way: its address, its size, words that have come
+        self._burst: tuple[int, int, int] | None = None         # write burst in progress: address, size, words received
         self._low = 0                                           # clocks in a row without ready
         self._stalled_until = 0
 
-    def __getitem__(self, address):
-        """A word as it is in the memory; ``KeyError`` if a byte of it was never written."""
+    def __getitem__(self, address: int) -> int:
+        """A word of the memory; ``KeyError`` if a byte of it was never written."""
         if self._written_bytes[address] != 2**WORD_BYTES - 1:
             raise KeyError(address)
         return self._contents[address]
 
-    def __setitem__(self, address, word):
+    def __setitem__(self, address: int, word: int) -> None:
         self._write(address, word, 2**WORD_BYTES - 1)
 
-    def stall(self, clocks):
-        """Keep ``ready`` low for that long from now on."""
+    @property
+    def in_flight(self) -> int:
+        """Words read that have not been returned."""
+        return len(self._in_flight)
+
+    def stall(self, clocks: int) -> None:
+        """Keep ``ready`` low for so many clocks from now on."""
         self._stalled_until = max(self._stalled_until, self.now + clocks)
 
-    def picture(self, memory_map, plane, buffer):
-        """What a plane of the memory holds; ``KeyError`` where a pixel was never written."""
+    def picture(self, memory_map: MemoryMap, plane: Plane, buffer: int) -> NDArray[np.uint8]:
+        """The picture in a buffer of a plane; ``KeyError`` where a pixel was never written."""
         base = memory_map.base(plane, buffer)
         words = {}
         for y in range(memory_map.height):
@@ -120,13 +129,13 @@ class LocalMemory:
                 words[offset] = self._contents[base + offset]
         return memory_map.picture(words)
 
-    def load(self, memory_map, plane, buffer, picture):
-        """Put a picture into a plane."""
+    def load(self, memory_map: MemoryMap, plane: Plane, buffer: int, picture: NDArray[Any]) -> None:
+        """Store a picture in a buffer of a plane."""
         for offset, word in memory_map.words(picture).items():
             self[memory_map.base(plane, buffer) + offset] = word
 
-    def clock(self, request):
-        """One clock edge: take the master's signals of the clock that ends, and set those of the memory for the one that begins.
+    def clock(self, request: Request | None) -> None:
+        """One clock edge: sample the master's signals of the clock that ends, and set the memory's outputs for the one that begins.
 
         ``request`` is ``None`` where all of ``write_req``, ``read_req`` and ``burstbegin`` are low.
         """
@@ -135,20 +144,20 @@ class LocalMemory:
             if self.ready:
                 self._accept(request)
         elif self._waiting is not None:
-            raise AssertionError(f"clock {self.now}: {self._waiting} went before ready")
+            raise AssertionError(f"clock {self.now}: {self._waiting} withdrawn before ready")
         self._waiting = request if not self.ready else None
         self.now += 1
         self.init_done = int(self.now >= self.timing.init)
         self._choose_ready()
-        if self._on_their_way and self._on_their_way[0][0] <= self.now:
-            self.rdata, self.rdata_valid = self._on_their_way.popleft()[1], 1
+        if self._in_flight and self._in_flight[0][0] <= self.now:
+            self.rdata, self.rdata_valid = self._in_flight.popleft()[1], 1
         elif self.rdata_valid:
             self.rdata, self.rdata_valid = self._noise(), 0
 
-    def _noise(self):
+    def _noise(self) -> int:
         return self._rng.getrandbits(8 * WORD_BYTES)
 
-    def _choose_ready(self):
+    def _choose_ready(self) -> None:
         timing, now = self.timing, self.now
         if now in self._stalls:
             self.stall(self._stalls[now])
@@ -160,12 +169,12 @@ class LocalMemory:
         else:
             self.ready, self._low = 1, 0
 
-    def _check(self, request):
+    def _check(self, request: Request) -> None:
         if (fault := self._fault(request)) is not None:
             raise AssertionError(f"clock {self.now}: {request}: {fault}")
 
-    def _fault(self, request):
-        """What is wrong with a request; ``None`` if nothing is."""
+    def _fault(self, request: Request) -> str | None:
+        """The violation in a request; ``None`` if there is none."""
         if not (request.write_req or request.read_req):
             return "burstbegin without a request"
         if request.write_req and request.read_req:
@@ -195,7 +204,7 @@ class LocalMemory:
                 return f"beyond the {self.words} words of the memory"
         return None
 
-    def _accept(self, request):
+    def _accept(self, request: Request) -> None:
         if request.read_req:
             due = self.now + self._rng.randint(*self.timing.latency)
             for address in range(request.address, request.address + request.size):
@@ -203,7 +212,7 @@ class LocalMemory:
                 word = self._contents.get(address, 0)
                 if known != 2**WORD_BYTES - 1:
                     word |= self._noise() & ~_bytes(known)
-                self._on_their_way.append((due, word))
+                self._in_flight.append((due, word))
             self.words_read += request.size
             return
         address, size, count = self._burst or (request.address, request.size, 0)
@@ -211,7 +220,7 @@ class LocalMemory:
         self.words_written += 1
         self._burst = (address, size, count + 1) if count + 1 < size else None
 
-    def _write(self, address, word, be):
+    def _write(self, address: int, word: int, be: int) -> None:
         mask = _bytes(be)
         self._contents[address] = self._contents.get(address, 0) & ~mask | word & mask
         self._written_bytes[address] = self._written_bytes.get(address, 0) | be
@@ -220,19 +229,19 @@ class LocalMemory:
 _MASKS = {0: 0, 2**WORD_BYTES - 1: 2**(8 * WORD_BYTES) - 1}
 
 
-def _bytes(enables):
-    """Bits of the bytes that are enabled."""
+def _bytes(enables: int) -> int:
+    """Mask of the bits in enabled bytes."""
     if enables not in _MASKS:
         _MASKS[enables] = sum(0xff << 8 * n for n in range(WORD_BYTES) if enables >> n & 1)
     return _MASKS[enables]
 
 
-def serve(bus, memory):
-    """The memory at a :class:`hdl.video.words.LocalBus` in Amaranth's simulator: a process (``add_process``)."""
-    async def process(ctx):
-        driven = {}
+def serve(bus: Any, memory: LocalMemory) -> Callable[[Any], Coroutine[Any, Any, None]]:
+    """A process for Amaranth's simulator (``add_process``): the memory at a :class:`hdl.video.words.LocalBus`."""
+    async def process(ctx: Any) -> None:
+        driven: dict[str, int] = {}
 
-        def drive():
+        def drive() -> None:
             for name in ("ready", "rdata", "rdata_valid", "init_done"):
                 if driven.get(name) != (value := getattr(memory, name)):
                     ctx.set(getattr(bus, name), value)
@@ -241,11 +250,11 @@ def serve(bus, memory):
         drive()
         request = Cat(bus.address, bus.size, bus.be, bus.wdata)
         strobes = Cat(bus.write_req, bus.read_req, bus.burstbegin)
-        places = list(itertools.accumulate((len(bus.address), len(bus.size), len(bus.be)), initial=0))
+        offsets = list(itertools.accumulate((len(bus.address), len(bus.size), len(bus.be)), initial=0))
         masks = [2**len(signal) - 1 for signal in (bus.address, bus.size, bus.be, bus.wdata)]
         async for _, _, strobe, word in ctx.tick().sample(strobes, request):
             if strobe:
-                address, size, be, wdata = (word >> place & mask for place, mask in zip(places, masks))
+                address, size, be, wdata = (word >> offset & mask for offset, mask in zip(offsets, masks))
                 memory.clock(Request(address=address, write_req=strobe & 1, read_req=strobe >> 1 & 1, burstbegin=strobe >> 2,
                                      wdata=wdata, be=be, size=size))
             else:

@@ -1,7 +1,8 @@
-"""A chip on the I2C bus: its side of the protocol, clock stretching at random, and what may go wrong with it. Times are nanoseconds."""
+"""Model of a chip on the I2C bus: its side of the protocol, random clock stretching, injected faults. Times are nanoseconds."""
 
 import math
 import random
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 from .i2c import DATA_HOLD, DATA_SETUP, DATA_VALID, Violation
@@ -12,22 +13,22 @@ __all__ = ["Fault", "I2cChip"]
 
 @dataclass
 class Fault:
-    """What goes wrong at a chip.
+    """A fault of a chip.
 
     Parameters
     ----------
     kind : str
-        ``"no acknowledge"``: a byte is not taken. ``"clock"``: SCL is held low after the byte's last bit. ``"data"``: SDA is.
+        ``"no acknowledge"``: a byte is not acknowledged. ``"clock"``: SCL is held low after the byte's last bit. ``"data"``: SDA is.
     register : int
-        At the byte that names this register; at the chip's address with ``None``, at data with -1.
+        At the byte that selects this register; ``None``: at the chip's address; -1: at data.
     after : int
-        So many times all goes well before.
+        Number of good times before the first fault.
     times : float
-        So many times it goes wrong.
+        Number of faults.
     clocks : float
-        Falls of SCL until SDA is free again.
+        Falling edges of SCL until SDA is released.
     nanoseconds : float
-        Time until SCL is free again.
+        Time until SCL is released.
     """
     kind: str
     register: int | None = None
@@ -36,7 +37,8 @@ class Fault:
     clocks: float = math.inf
     nanoseconds: float = math.inf
 
-    def strikes(self, register):
+    def strikes(self, register: int | None) -> bool:
+        """Whether the fault occurs this time; counts the times."""
         if register != self.register:
             return False
         self.after -= 1
@@ -47,7 +49,7 @@ class Fault:
 
 
 class I2cChip:
-    """A chip with registers behind a sub-address that counts up. The registers are those of a memory; a real chip overrides them.
+    """A chip with registers behind an auto-incremented sub-address. They are plain memory here; models of chips override them.
 
     Parameters
     ----------
@@ -55,7 +57,7 @@ class I2cChip:
         Seven bits.
     seed : int
     stretch : float
-        Probability that SCL is stretched, at each fall.
+        Probability that SCL is stretched, at each falling edge.
     stretch_ns : int
         Longest stretch.
 
@@ -63,12 +65,12 @@ class I2cChip:
     ----------
     faults : list of Fault
     writes : list
-        ``(register, value)`` of all writes taken.
+        ``(register, value)`` of all writes acknowledged.
     """
-    #: Whether a read comes after a repeated start; ``None``: either will do.
+    #: Whether a read must follow a repeated start; ``None``: either is allowed.
     RESTART: bool | None = None
 
-    def __init__(self, address, *, seed=0, stretch=0.0, stretch_ns=128_000):
+    def __init__(self, address: int, *, seed: int = 0, stretch: float = 0.0, stretch_ns: float = 128_000):
         self.address = address
         self.rng = random.Random(seed)
         self.stretch = stretch
@@ -80,41 +82,46 @@ class I2cChip:
         self.scl_low = False
         self.sda_low = False
         self.scl_until = 0.0                # SCL is held low until then
-        self.sda_next = None                # (time, level)
+        self.sda_next: tuple[float, bool] | None = None     # time, and whether SDA is low from then on
         self.state = "idle"
         self.sending = False
         self.count = 0
         self.byte = 0
         self.taken = 0                      # data bytes of this transfer
         self.releasing = False
-        self.holding = 0.0                  # falls of SCL for which a fault holds SDA
+        self.holding = 0.0                  # falling edges of SCL for which a fault holds SDA
+        self.repeated = False               # the last start was a repeated one
+        self.out = 0                        # byte being read
 
-    # What a real chip overrides.
+    # To be overridden by models of chips.
 
-    def awake(self, now):
-        """Whether the chip answers at all."""
+    def awake(self, now: float) -> bool:
+        """Whether the chip responds at all."""
         return True
 
-    def set_pins(self, now, levels):
+    def set_pins(self, now: float, levels: Mapping[str, int]) -> None:
         """Levels of the chip's pins, by name."""
 
-    def write(self, now, register, value):
+    def write(self, now: float, register: int, value: int) -> None:
+        """A byte is written to a register."""
         self.registers[register] = value
 
-    def read(self, now, register):
+    def read(self, now: float, register: int) -> int:
+        """The value that a read of a register returns."""
         return self.registers.get(register, 0)
 
     # The bus.
 
     @property
-    def due(self):
-        """When the chip will change a line by itself."""
+    def due(self) -> float:
+        """Time of the chip's next change of a line; infinity if there is none."""
         if self.releasing:
             return -math.inf
         times = [self.scl_until] if self.scl_low else []
         return min(times + ([self.sda_next[0]] if self.sda_next else []), default=math.inf)
 
-    def wake(self, now):
+    def wake(self, now: float) -> None:
+        """Carry out the changes that are due."""
         if self.releasing:
             self.releasing = False
             self.state, self.holding, self.sda_low, self.sda_next = "idle", 0.0, False, None
@@ -125,31 +132,35 @@ class I2cChip:
             self.sda_low = self.sda_next[1]
             self.sda_next = None
 
-    def release(self):
-        """Let go of both lines, SDA first: the end of a fault that has none. Not while the master clocks."""
+    def release(self) -> None:
+        """Release both lines, SDA first: ends a fault without an end. Not while the master sends clock pulses."""
         self.releasing = True
 
-    def on_start(self, now, repeated, *, strict):
+    def on_start(self, now: float, repeated: bool, *, strict: bool) -> None:
+        """A start condition."""
         if strict and repeated and self.RESTART is False:
-            raise Violation(f"chip {self.address:02X} knows no repeated start")
+            raise Violation(f"chip {self.address:02X} does not support a repeated start")
         self.repeated = repeated
         self.state, self.sending, self.count, self.byte, self.taken = "address", False, -1, 0, 0
         if not self.holding:
             self.sda_low, self.sda_next = False, None
 
-    def on_stop(self, now):
+    def on_stop(self, now: float) -> None:
+        """A stop condition."""
         self.state = "idle"
 
-    def on_rise(self, now, sda):
+    def on_rise(self, now: float, sda: int) -> None:
+        """SCL rises."""
         if self.state in ("idle", "ignore"):
             return
         self.count += 1
         if self.count < 8:
             self.byte = self.byte << 1 | sda
         elif self.sending and sda:
-            self.state = "ignore"           # the master wants no more
+            self.state = "ignore"           # no acknowledge: the master ends the transfer
 
-    def on_fall(self, now):
+    def on_fall(self, now: float) -> None:
+        """SCL falls."""
         if self.holding:
             self.holding -= 1
             if self.holding <= 0:
@@ -172,24 +183,24 @@ class I2cChip:
         if not self.scl_low and self.rng.random() < self.stretch:
             self._hold_scl(now, self.rng.uniform(0, self.stretch_ns))
 
-    def _set_sda(self, now, low):
-        """SDA changes a while after SCL's fall, at whatever time the standard allows."""
+    def _set_sda(self, now: float, low: bool | int) -> None:
+        """SDA changes after SCL's falling edge, at a random time within the standard's limits."""
         if low != self.sda_low or self.sda_next:
             self.sda_next = (now + self.rng.uniform(DATA_HOLD, DATA_VALID), bool(low))
 
-    def _hold_scl(self, now, nanoseconds):
-        """Data are set up before SCL is let go."""
+    def _hold_scl(self, now: float, nanoseconds: float) -> None:
+        """Stretch SCL; data are set up before it is released."""
         self.scl_low = True
         self.scl_until = max(now + nanoseconds, self.sda_next[0] + DATA_SETUP if self.sda_next else 0)
 
-    def _strikes(self, kind, register):
-        """The fault of this kind that strikes now, if any does."""
+    def _strikes(self, kind: str, register: int | None) -> Fault | None:
+        """The fault of this kind that occurs now, if any."""
         return next((fault for fault in self.faults if fault.kind == kind and fault.strikes(register)), None)
 
-    def _take(self, now):
-        """A whole byte has come; whether to acknowledge it."""
+    def _take(self, now: float) -> bool:
+        """A byte is complete; whether to acknowledge it."""
+        register: int | None = None
         if self.state == "address":
-            register = None
             if self.byte >> 1 != self.address or not self.awake(now):
                 self.state = "ignore"
                 return False

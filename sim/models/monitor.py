@@ -1,6 +1,8 @@
-"""A DVI monitor that forgives nothing: checks the timing to the pixel, and captures pictures."""
+"""Strict model of a DVI monitor: checks the timing to the pixel, and captures pictures."""
 
 from collections import deque
+from collections.abc import Callable, Coroutine, Mapping
+from typing import Any
 
 import numpy as np
 from amaranth.hdl import Cat
@@ -16,28 +18,28 @@ PINS = {"blue": 8, "green": 8, "red": 8, "de": 1, "hsync": 1, "vsync": 1}
 
 
 class TimingError(AssertionError):
-    """The signal is not the one of the monitor's format."""
+    """The signal violates the monitor's format."""
 
 
 class Monitor:
-    """The core: one call for each pixel clock.
+    """The model itself; :meth:`clock` is called once a pixel clock.
 
-    The frame that it is switched on in is ignored. From the first falling edge of ``vsync`` on, every clock of every line must be as the
-    format says, ``vsync`` changing with a line's first pixel, and colours must be 0 outside ``de``; anything else raises
-    :class:`TimingError`. No edge of ``vsync`` within two frames' time is an error too.
+    Everything before the first falling edge of ``vsync`` is ignored. From then on every clock of every line must follow the format, with
+    ``vsync`` changing at a line's first pixel, and colours must be 0 outside ``de``; otherwise :class:`TimingError` is raised. So it is if
+    there is no edge of ``vsync`` for the time of two frames.
 
     Parameters
     ----------
     display : :class:`DisplayFormat`
     keep : int
-        Pictures to keep, the latest ones; all by default.
+        Number of pictures to keep, the latest ones; all by default.
 
     Attributes
     ----------
     pictures : deque of (height, width, 3) uint8 ndarray
-        Red, green, blue of the whole active area; a picture joins as its frame ends, just before ``vsync`` falls.
+        Red, green, blue of the whole active area; a picture is appended at the end of its frame, just before ``vsync`` falls.
     frames : int
-        Frames that were whole.
+        Complete frames.
     """
     def __init__(self, display: DisplayFormat, *, keep: int | None = None):
         self.display = display
@@ -46,7 +48,7 @@ class Monitor:
         x = np.arange(display.h_total)
         de = (x < display.width).astype(np.uint32)
         hsync = ~np.isin(x, display.h_sync) & 1
-        # What a line looks like, by whether it is an active one and whether vsync is low in it.
+        # The flags of a line, by whether it is active and whether vsync is low in it.
         self._flags = {(active, low): de * active | hsync << 1 | (not low) << 2 for active in (False, True) for low in (False, True)}
         self._picture = np.zeros((display.height, display.width), dtype=np.uint32)
         self._line: list[int] = []
@@ -54,13 +56,13 @@ class Monitor:
         self._before = 0
 
     def restart(self) -> None:
-        """Ignore what comes up to the next falling edge of ``vsync``, as after switching on."""
+        """Ignore everything up to the next falling edge of ``vsync``, as at first."""
         self._y = None
         self._before = 0
         self._line.clear()
 
     def clock(self, word: int) -> None:
-        """Take the :data:`PINS` in one pixel clock."""
+        """Sample the :data:`PINS` in a pixel clock."""
         line = self._line
         if self._y is None:
             falls = self._before >> 26 & ~(word >> 26) & 1
@@ -97,20 +99,20 @@ class Monitor:
             self.pictures.append(np.stack([self._picture >> place & 255 for place in (16, 8, 0)], axis=-1).astype(np.uint8))
 
 
-def watch_amaranth(monitor: Monitor, pins, *, domain="display"):
+def watch_amaranth(monitor: Monitor, pins: Any, *, domain: str = "display") -> Callable[[Any], Coroutine[Any, Any, None]]:
     """Background testbench for Amaranth's simulator; ``pins`` has the members :data:`PINS`."""
-    async def testbench(ctx):
+    async def testbench(ctx: Any) -> None:
         async for _, _, word in ctx.tick(domain).sample(Cat(getattr(pins, name) for name in PINS)):
             monitor.clock(word)
     return testbench
 
 
-async def watch_cocotb(monitor: Monitor, clock, pins):
+async def watch_cocotb(monitor: Monitor, clock: Any, pins: Mapping[str, Any]) -> None:
     """Run in the background (``cocotb.start_soon``); ``pins``: handles by the names of :data:`PINS`.
 
-    Pins change with the rising edge and are looked at with the falling one; X is an error.
+    Pins change with the rising edge and are sampled with the falling one; X is an error.
     """
-    from cocotb.triggers import FallingEdge  # here, so that the model works without cocotb
+    from cocotb.triggers import FallingEdge  # here, so that the model can be used without cocotb
 
     places = [(pins[name], sum(bits for _, bits in list(PINS.items())[:index])) for index, name in enumerate(PINS)]
     edge = FallingEdge(clock)

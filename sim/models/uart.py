@@ -1,9 +1,12 @@
-"""The host's end of a serial line: a model that is stepped once a clock, and the chip's registers behind it in Amaranth's simulator."""
+"""The host's end of a serial line: a model that is stepped once a clock, and the chip's registers at its other end in a simulator."""
 
 from collections import deque
+from collections.abc import Iterable
+from typing import Any
 
 from amaranth.sim import Simulator
 
+from golden.host.registers import RegisterMap
 from hdl.host.registers import SerialRegisters
 
 
@@ -11,59 +14,59 @@ __all__ = ["SimulatedChip", "UartHost"]
 
 
 class UartHost:
-    """Sends and receives bytes at a rate of its own, eight data bits, no parity, one stop bit; disturbs the line if asked to.
+    """Sends and receives bytes at a separate baud rate, eight data bits, no parity, one stop bit, with optional noise on the line.
 
     It is stepped once a clock of the design: :meth:`step` takes the level of the design's ``tx`` and returns the one for its ``rx``. In
     Amaranth's simulator that is ``ctx.set(dut.rx, host.step(ctx.get(dut.tx)))``, in cocotb ``dut.rx.value = host.step(int(dut.tx.value))``.
-    All that is to be sent is queued first, and goes out in order.
+    Everything to be sent is queued, and sent in order.
 
     Parameters
     ----------
     bit_cycles : int or float
-        Cycles of a bit at the design's rate.
+        Cycles of a bit at the design's baud rate.
     mismatch : float
-        How much faster this end is, a fraction: at 0.03 its bits are 3 % shorter.
+        By which fraction this end is faster: at 0.03 its bits are 3 % shorter.
     rng
-        Anything with a method ``random()``; places pulses of noise.
+        Anything with a method ``random()``, for the position of pulses and for noise.
 
     Attributes
     ----------
     received : bytearray
-        Bytes that came with their stop bit.
+        Bytes with a stop bit.
     framing_errors : int
-        Bytes that came without.
+        Number of bytes without.
     cycle : int
         Number of steps.
     """
-    def __init__(self, bit_cycles, *, mismatch=0.0, rng=None):
+    def __init__(self, bit_cycles: float, *, mismatch: float = 0.0, rng: Any = None):
         self.bit_cycles = bit_cycles / (1 + mismatch)
         self.rng = rng
         self.received = bytearray()
         self.framing_errors = 0
         self.cycle = 0
-        self._levels: deque = deque()       # (level, cycles): what is still to be sent
-        self._level, self._end = 1, 0.0     # what is on the line, and the cycle up to which
-        self._previous = 1                  # of the design's line
-        self._since = None                  # cycles since the edge that opened a byte
+        self._levels: deque[tuple[int, float]] = deque()    # levels to send, each with its cycles
+        self._level, self._end = 1, 0.0     # level on the line, and its last cycle
+        self._previous = 1                  # level of the design's line in the cycle before
+        self._since: int | None = None      # cycles since the start edge of a byte
         self._bits: list[int] = []
 
     @property
-    def idle(self):
-        """Whether all has been sent."""
+    def idle(self) -> bool:
+        """Whether everything queued has been sent."""
         return not self._levels and self.cycle >= self._end
 
-    def _put(self, level, bits):
+    def _put(self, level: int, bits: float) -> None:
         self._levels.append((level, bits * self.bit_cycles))
 
-    def send(self, data, *, pulses=0.0, pulse_bits=1 / 16, stop=1, gap=0.0):
+    def send(self, data: Iterable[int], *, pulses: float = 0.0, pulse_bits: float = 1 / 16, stop: int = 1, gap: float = 0.0) -> None:
         """Queue bytes.
 
         Parameters
         ----------
         pulses : float
-            Probability of a bit to hold a pulse of the opposite level, at a random place.
+            Probability that a bit contains a pulse of the opposite level, at a random position.
         pulse_bits : float
-            Its length.
+            Length of a pulse, in bits.
         stop : int
             Level of the stop bit; at 0 the line is high for a bit after it.
         gap : float
@@ -83,12 +86,12 @@ class UartHost:
             if gap:
                 self._put(1, gap)
 
-    def send_level(self, level, bits):
-        """Queue a level for a number of bits: a break, a silence, a pulse."""
+    def send_level(self, level: int, bits: float) -> None:
+        """Queue a level for a number of bits: a break, a pause, a pulse."""
         self._put(level, bits)
 
-    def send_noise(self, bits):
-        """Queue a level that changes at random, at any time, for a number of bits; it ends high."""
+    def send_noise(self, bits: float) -> None:
+        """Queue a level that changes at random times for a number of bits; it ends high."""
         left = bits
         level = 0
         while left > 0:
@@ -98,17 +101,17 @@ class UartHost:
             level = 1 - level
         self._put(1, 1)
 
-    def step(self, tx):
-        """One clock: the design's level in, this end's out."""
+    def step(self, tx: int) -> int:
+        """One clock: takes the design's level, returns this end's."""
         self.cycle += 1
         self._listen(tx)
         while self.cycle > self._end and self._levels:
-            # Edges fall between cycles; after a silence the first one does not.
+            # Edges are at fractions of a cycle, except for the first one after a pause.
             self._level, length = self._levels.popleft()
             self._end = max(self._end, self.cycle - 1) + length
         return self._level if self.cycle <= self._end else 1
 
-    def _listen(self, tx):
+    def _listen(self, tx: int) -> None:
         if self._since is None:
             if self._previous and not tx:
                 self._since, self._bits = 0, []
@@ -127,9 +130,9 @@ class UartHost:
 
 
 class SimulatedChip:
-    """The registers behind their serial line in Amaranth's simulator, as the transport of :class:`hdl.host.console.Chip`.
+    """The registers and their serial line in Amaranth's simulator, as the transport of :class:`hdl.host.console.Chip`.
 
-    Time is the chip's: a wait of a second is one of ``clock_hz`` cycles.
+    Time is simulated: a second is ``clock_hz`` cycles.
 
     Parameters
     ----------
@@ -138,7 +141,7 @@ class SimulatedChip:
     bit_cycles : int
         Cycles of a bit.
     frame_seconds : float
-        Time-out within a request.
+        Longest pause within a request.
     mismatch : float
     rng
         As of :class:`UartHost`.
@@ -146,12 +149,13 @@ class SimulatedChip:
     Attributes
     ----------
     status : dict
-        Status inputs of the chip, by name; may be written between calls.
+        Status inputs of the chip, by name; may be changed between calls.
     actions : list of str
-        Actions that fired.
+        Actions that were carried out.
     line : UartHost
     """
-    def __init__(self, registers, *, baud=115_200, bit_cycles=16, frame_seconds=1e-3, mismatch=0.0, rng=None):
+    def __init__(self, registers: RegisterMap, *, baud: int = 115_200, bit_cycles: int = 16, frame_seconds: float = 1e-3,
+                 mismatch: float = 0.0, rng: Any = None):
         self.clock_hz = baud * bit_cycles
         self.dut = SerialRegisters(registers, self.clock_hz, baud, frame_seconds=frame_seconds)
         self.line = UartHost(bit_cycles, mismatch=mismatch, rng=rng)
@@ -163,11 +167,11 @@ class SimulatedChip:
         self._simulator.add_testbench(self._run)
 
     @property
-    def params(self):
-        """What the parameters are, by name."""
+    def params(self) -> dict[str, int]:
+        """Values of the settings, by name."""
         return {name: int(self.dut.params.shape().from_bits(self._params)[name]) for name in self.dut.params.shape().members}
 
-    async def _run(self, ctx):
+    async def _run(self, ctx: Any) -> None:
         given: dict[str, int] = {}
         while True:
             if given != self.status:
@@ -179,18 +183,18 @@ class SimulatedChip:
             if ctx.get(self.dut.actions.as_value()):
                 self.actions += [name for name in self.dut.actions.shape().members if ctx.get(self.dut.actions[name])]
 
-    def advance(self, cycles):
-        """Let the chip run."""
+    def advance(self, cycles: int) -> None:
+        """Simulate so many cycles."""
         until = self.line.cycle + cycles
         while self.line.cycle < until:
             self._simulator.advance()
 
-    def write(self, data):
+    def write(self, data: bytes) -> None:
         """Queue bytes for the chip."""
         self.line.send(data)
 
-    def read(self, count, seconds):
-        """Up to ``count`` bytes of the chip; fewer if they do not come in time."""
+    def read(self, count: int, seconds: float) -> bytes:
+        """Up to ``count`` bytes of the chip; fewer if the others are not received in time."""
         until = self.line.cycle + seconds * self.clock_hz
         while len(self.line.received) < count and (self.line.cycle < until or not self.line.idle):
             self._simulator.advance()

@@ -133,7 +133,7 @@ def test_manifest_tells_where_the_fields_of_a_payload_are(folders):
 
 @pytest.mark.parametrize("clock_mhz, told", [
     (50, r"the matcher takes 41\.\d ms to read a pair, and with 3 buffers it has 40\.0 ms: choose a matcher of fewer clocks a pixel"),
-    (10, r"ask for \d+\.\d million words a second of memory, and it serves \d+\.\d at 10 MHz: choose"),
+    (10, r"need \d+\.\d million words a second of memory, and it serves \d+\.\d at 10 MHz: choose"),
 ])
 def test_what_the_memory_cannot_serve_is_refused(clock_mhz, told, tmp_path, capsys, monkeypatch):
     monkeypatch.setattr(board, "BOARD", replace(BOARD_AS_IT_IS, memory_clock_mhz=clock_mhz))

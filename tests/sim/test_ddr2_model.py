@@ -31,7 +31,7 @@ VIOLATIONS = {
     "no burstbegin": (0, [request(burstbegin=0)]),
     "no burstbegin of a second burst": (0, [request(), request(burstbegin=0)]),
     "burstbegin held": (1, [request(), request()]),
-    "gone before ready": (1, [request(), None]),
+    "withdrawn before ready": (1, [request(), None]),
     "address changed": (1, [request(), request(burstbegin=0, address=6)]),
     "data changed": (1, [request(), request(burstbegin=0, wdata=8)]),
     "byte enables changed": (1, [request(), request(burstbegin=0, be=1)]),
@@ -76,7 +76,7 @@ def read(model, address, size=1):
 
 
 def test_contents():
-    """A burst with a pause in it, byte enables; what was never written is noise, other noise each time."""
+    """A burst with a pause in it, byte enables; bytes never written are noise, different each time."""
     model = memory()
     model.clock(request(address=8, size=2, wdata=1))
     model.clock(None)

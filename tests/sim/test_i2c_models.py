@@ -1,4 +1,4 @@
-"""The models of the I2C bus and its chips: what they must not let pass."""
+"""The models of the I2C bus and its chips: violations that they must detect."""
 
 import pytest
 
@@ -15,7 +15,7 @@ TIMES = {
 
 
 class Hand:
-    """A master by hand: writes with the times that it is told."""
+    """A master by hand: writes with given times."""
     def __init__(self, *chips, pins=None, **times):
         self.bus = I2cBus(*chips)
         self.pins = pins or {}
@@ -107,7 +107,7 @@ def test_least_times_are_well():
     assert (hand.bus.starts, hand.bus.stops) == (6, 5)
 
 
-@pytest.mark.parametrize("less, told", [
+@pytest.mark.parametrize("less, message", [
     ({"low": 4_699, "period": 0, "set_up": 0}, "SCL low is 4699 ns"),
     ({"period": 9_999}, "period of SCL is 9999 ns"),
     ({"high": 3_999}, "SCL high is 3999 ns"),
@@ -118,9 +118,9 @@ def test_least_times_are_well():
     ({"start_set_up": 4_699, "free": 0}, "bus free is 4699 ns"),
     ({"start_set_up": 4_699}, "set-up of start is 4699 ns"),
 ])
-def test_one_nanosecond_less(less, told):
+def test_one_nanosecond_less(less, message):
     hand = Hand(I2cChip(0x31, seed=1), **less)
-    with pytest.raises(Violation, match=told):
+    with pytest.raises(Violation, match=message):
         transfers(hand)
 
 
@@ -171,13 +171,13 @@ def test_decoder_takes_its_settings():
     assert hand.read(model.address, 0x88, restart=False) == 0x00
 
 
-@pytest.mark.parametrize("less, told", [
+@pytest.mark.parametrize("less, message", [
     ({"power_up": 19_990_000}, "reset 19990000 ns after power-up"),
     ({"pulse": 499}, "reset for 499 ns"),
     ({"to_bus": 100_000}, "addressed 1"),
 ])
-def test_decoder_has_its_time(less, told):
-    with pytest.raises(Violation, match=told):
+def test_decoder_has_its_time(less, message):
+    with pytest.raises(Violation, match=message):
         model, hand = decoder(**less)
         hand.write(model.address, 0xFE, 1)
 

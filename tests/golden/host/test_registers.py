@@ -218,13 +218,13 @@ def test_page_tells_all():
     assert max(map(len, text.splitlines())) <= 140
 
 
-@pytest.mark.parametrize("arguments, told", [
+@pytest.mark.parametrize("arguments, message", [
     ([], "--output"), (["--output", "a.txt"], "suffix .txt"), (["--output", "none/a.md"], "folder none"),
 ])
-def test_bad_arguments(capsys, arguments, told):
+def test_bad_arguments(capsys, arguments, message):
     assert main(arguments) == 2
     err = capsys.readouterr().err
-    assert err.startswith("golden.host.register_page: ") and err.count("\n") == 1 and told in err
+    assert err.startswith("golden.host.register_page: ") and err.count("\n") == 1 and message in err
 
 
 def test_register_of_its_own():

@@ -67,11 +67,11 @@ def test_depths_of_a_whole_line():
 
 def test_refuses_what_cannot_be_served():
     slow = Budget(timing=MemoryTiming(clock_hz=20_000_000), matcher_clocks=0.1)
-    with pytest.raises(UserError, match=r"^cameras, matcher and monitor ask for 13\.9 million words a second of memory, and it serves 8\.8 "
+    with pytest.raises(UserError, match=r"^cameras, matcher and monitor need 13\.9 million words a second of memory, and it serves 8\.8 "
                                         r"at 20 MHz: choose a smaller picture, a monitor of fewer pixels or a faster memory clock$"):
         slow.check()
     # 720 pixels of two lines in each of 48,363 lines a second.
-    with pytest.raises(UserError, match=r"^the monitor asks for 69\.6 million pixels a second, and the frame store gives one a clock, of "
+    with pytest.raises(UserError, match=r"^the monitor needs 69\.6 million pixels a second, and the frame store sends one a clock, of "
                                         r"69 MHz: choose a slower monitor or a faster memory clock$"):
         Budget(display=DISPLAYS["1024x768"], timing=MemoryTiming(clock_hz=69_000_000)).check()
     Budget(display=DISPLAYS["1024x768"], timing=MemoryTiming(clock_hz=70_000_000)).check()
@@ -89,7 +89,7 @@ def test_refuses_a_slow_matcher():
 
 
 def test_refuses_nonsense():
-    with pytest.raises(ValueError, match=r"laid out for 704x576 pixels, and the cameras give 720x576: choose the same size"):
+    with pytest.raises(ValueError, match=r"laid out for 704x576 pixels, and the cameras send 720x576: choose the same size"):
         Budget(memory_map=MemoryMap(704, 576))
     with pytest.raises(ValueError, match=r"matcher_clocks must be above 0, not 0"):
         Budget(matcher_clocks=0)

@@ -112,7 +112,7 @@ def test_one_bit(bit):
     assert found(frame(1), damaged, frame(3)) == ([1, 2, 3], 0, 20, 0)
 
 
-# Line of a code of frame 2, and what is left: lines 2, 3 and 6, 7 are active.
+# Line of a code of frame 2, and the frames received: lines 2, 3 and 6, 7 are active.
 @pytest.mark.parametrize("at, kept", [
     (eav(0), True), (sav(1), True), (eav(2), True),     # not in the frame yet
     (sav(2), False), (eav(3), False), (sav(3), False),
@@ -171,7 +171,7 @@ def test_loss():
     for line, kept, dropped in [(1, [1, 2, 3], 0), (5, [1, 3], 1), (9, [1, 2, 3], 0)]:
         parts = np.split(frame(2), [eav(line) + 1])
         assert found(frame(1), parts[0], nothing, parts[1], frame(3)) == (kept, dropped, 0, 0)
-    # Between the fields a code may come two lines after another one, but no later.
+    # Between the fields a code may follow another one after two lines, but no later.
     before, after = frame(2)[:eav(5) + 1], frame(2)[sav(5) - 3:]
     for gap, kept in [(2 * LINE, [1, 2, 3]), (2 * LINE + 1, [1, 3])]:
         assert found(frame(1), before, np.full(gap - 4, 0x10), after, frame(3))[0] == kept

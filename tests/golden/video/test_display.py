@@ -67,7 +67,7 @@ def test_left_is_grey(colour):
 
 @pytest.mark.parametrize("colour", [False, True])
 def test_both(colour):
-    """Pixels 0 and 2 of line 0; line 2 has no second line beside it. Two black lines above, two below."""
+    """Pixels 0 and 2 of line 0; line 2 has no second line to pair with. Two black lines above, two below."""
     screen = monitor_picture(DISPARITY, LEFT, DISPLAY, "both", colour, 5)
     disparities = [TURBO[0], TURBO[2]] if colour else [(0, 0, 0), (127, 127, 127)]
     assert screen[2].tolist() == [[0, 0, 0], *map(list, disparities), [10, 10, 10], [30, 30, 30], [0, 0, 0], [0, 0, 0]]
@@ -75,7 +75,7 @@ def test_both(colour):
 
 
 def test_both_of_odd_width():
-    """The last column of five has no second one beside it."""
+    """The last column of five has no second one to pair with."""
     left = np.arange(25).reshape(5, 5)
     screen = monitor_picture(np.zeros((5, 5), dtype=int), left, DISPLAY, "both", False, 5)
     assert screen[1:3, :, 0].tolist() == [[0, 0, 0, 0, 2, 0, 0], [0, 0, 0, 10, 12, 0, 0]]

@@ -15,7 +15,7 @@ FETCH = HZ // 50
 
 
 def run(left, right, *, buffers=2, read=0.375, **options):
-    """Clocks of a real system; ``read`` in periods."""
+    """Clocks of the system as built; ``read`` in periods."""
     trace = simulate(left, right, Pairing(buffers, WINDOW), np.rint(np.multiply(read, PERIOD)).astype(np.int64), FETCH, **options)
     assert violations(trace) == []
     return trace
@@ -32,7 +32,7 @@ def test_frames_by_hand():
 
 
 def test_lost_frames():
-    """Frames 2 and 3 cut, 4 not seen at all; the signal comes back within frame 5, which is not seen either."""
+    """Frames 2 and 3 cut, 4 not seen at all; the signal returns within frame 5, which is not seen either."""
     frames = camera_frames(0.5, HZ, lost=[(0.09, 0.1), (0.13, 0.21)])
     number = np.rint(frames.begins / PERIOD).astype(int)
     assert number.tolist() == [0, 1, 2, 3, 6, 7, 8, 9, 10, 11]
@@ -50,7 +50,7 @@ def test_jitter():
 
 
 def clock_by_clock(left, right, control, reads, fetch, *, first_fetch, after_read):
-    """What :func:`simulate` does, by a rule that is asked in every clock; rows of pairs, and the buffers of the frames."""
+    """The result of :func:`simulate` by stepping the rule in every clock; rows of pairs, and the buffers of the frames."""
     end = max(*left.ends, *right.ends, *left.begins, *right.begins)
     events = [set() for _ in range(end + 2)]
     for name, frames in zip(CAMERAS, (left, right)):

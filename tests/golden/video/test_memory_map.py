@@ -60,7 +60,7 @@ def test_limits(name, limits):
 def test_must_fit():
     # 4096 pixels are 256 words; 8 pictures of 4096 lines fill the memory exactly.
     assert MemoryMap(4096, 4096, 2).total_words == 2**23
-    with pytest.raises(ValueError, match=r"^12 pictures of 4096x4096 take 12582912 words of memory, and it has 8388608: choose a smaller "
+    with pytest.raises(ValueError, match=r"^12 pictures of 4096x4096 take 12582912 words of memory, which has 8388608: choose a smaller "
                                          r"picture or fewer buffers than 3$"):
         MemoryMap(4096, 4096, 3)
 

@@ -89,7 +89,7 @@ def test_waits_for_the_reader_and_for_a_slot():
 
 
 def test_frame_expires():
-    """19 clocks old it pairs, 20 clocks old it is gone, whether it was the first or the second to be complete."""
+    """19 clocks old it pairs, 20 clocks old it has expired, whether it was the first or the second to be complete."""
     for late, pairs in ((18, 1), (19, 0)):
         control = Pairing(2, 5, 20)
         events = {0: "left_camera.begin", 2: "right_camera.begin", 9: "left_camera.complete", late: "right_camera.complete"}
@@ -198,7 +198,7 @@ class TestPictures:
 
 
 def test_done_before_the_start_means_nothing():
-    """In the clock of the decision the reader has not been told yet."""
+    """In the clock of the decision the reader has no ``start`` yet."""
     control = Pairing(2, 5, 100)
     play(control, {0: "left_camera.begin right_camera.begin", 1: "left_camera.complete right_camera.complete", 2: "done"}, 4)
     assert control.reading

@@ -30,9 +30,9 @@ def test_decoder_table():
 
 @pytest.mark.parametrize("chip", CHIPS, ids=lambda chip: chip.name)
 def test_every_failure_has_words_of_its_own(chip):
-    told = {chip.explain(step, failure) for step in range(len(chip.steps)) for failure in Failure}
-    assert len(told) == len(chip.steps) * len(Failure)
-    assert all(line.startswith(f"{chip.name}, step ") for line in told)
+    texts = {chip.explain(step, failure) for step in range(len(chip.steps)) for failure in Failure}
+    assert len(texts) == len(chip.steps) * len(Failure)
+    assert all(line.startswith(f"{chip.name}, step ") for line in texts)
 
 
 def test_words():
@@ -45,7 +45,7 @@ def test_words():
         TFP410.explain(6, Failure.NONE)
 
 
-@pytest.mark.parametrize("make, told", [
+@pytest.mark.parametrize("make, message", [
     (lambda: Write("x", -1, 0, 0), r"^x: the time of a step must be 0 seconds or more, not -1$"),
     (lambda: Write("x", float("inf"), 0, 0), r"not inf$"),
     (lambda: Write("x", 0, 256, 0), r"^x: register must be a byte, 0 to 255, not 256$"),
@@ -58,8 +58,8 @@ def test_words():
     (lambda: replace(TFP410, pins=("a", "b")), r"^TFP410: reset, 1 ms: 1 levels for the pins a, b$"),
     (lambda: replace(TVP5154, channels=1), r"^TVP5154: decoder 2: read lock in 88: channel 1 of 1$"),
 ])
-def test_bad_tables(make, told):
-    with pytest.raises(ValueError, match=told):
+def test_bad_tables(make, message):
+    with pytest.raises(ValueError, match=message):
         make()
 
 

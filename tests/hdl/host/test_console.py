@@ -23,7 +23,7 @@ REGISTERS = register_map(MatcherConfig(labels=20), height=200)
 
 
 class FakeLine:
-    """A line to a chip that answers as :func:`golden.host.registers.answer` does; ``fault`` may change what it says.
+    """A line to a chip that replies as :func:`golden.host.registers.answer` does; ``fault`` may change the reply.
 
     ``fault`` takes the number of the request, counted from 0, and the reply's bytes, and returns bytes.
     """
@@ -93,16 +93,16 @@ def test_get_and_set_on_the_chip(simulated, capsys):
 
 
 def test_refused_by_the_chip_itself(simulated):
-    """What the console would not send: the chip says no."""
+    """A request that the console itself would not send: the chip refuses it."""
     chip = Chip(simulated)
-    assert chip.ask(Request(Operation.WRITE, REGISTERS["u2"].address, 64)) == Reply(Status.OUT_OF_RANGE, REGISTERS["u2"].address)
+    assert chip.transact(Request(Operation.WRITE, REGISTERS["u2"].address, 64)) == Reply(Status.OUT_OF_RANGE, REGISTERS["u2"].address)
     assert simulated.params["u2"] == 10
     with pytest.raises(UserError, match="refuses to write pairs: read only"):
         chip.write("pairs", 1)
 
 
 def test_noise_on_the_line_of_the_chip(simulated):
-    """Bytes of noise before a request spoil it; the console asks again, after a silence, and is answered."""
+    """Bytes of noise spoil a request; the console repeats it after a pause, and gets a reply."""
     chip = Chip(simulated)
     errors = chip.read("uart_errors")
     simulated.line.send([0xA5, 0x10, 0x20])
@@ -138,7 +138,7 @@ def test_over_a_pseudo_terminal(capsys):
 
 
 def test_watch(simulated, capsys, monkeypatch):
-    """All status and counters of the chip, twice; what has changed between the looks is told."""
+    """All status and counters of the chip, twice, with the change between the readings."""
     monkeypatch.setenv("COLUMNS", "200")
     simulated.status |= {"left_dropped": 4, "memory_ready": 1}
     Chip(simulated).write("clear_counters", 1)
@@ -220,7 +220,7 @@ def test_silence_before_a_retry():
     """The chip drops half a request only after its time-out."""
     line = FakeLine(lambda number, data: b"" if number == 4 else data)
     Chip(line, answer_seconds=0.5).read("u1")
-    # Nothing waits before the first attempts; then the answer that does not come, and the silence.
+    # No wait before the first attempts; then the time-out of the reply, and the pause.
     assert line.waits == [0, 0, 0, 0, 0, 0.5, 0.011]
 
 
@@ -259,7 +259,7 @@ def test_other_chips(capsys):
     assert "choose one of: 1 .. 20 labels" in fails(capsys, "set in_use=21")
 
 
-@pytest.mark.parametrize("arguments, told", [
+@pytest.mark.parametrize("arguments, message", [
     ("get u4", "no register 'u4'"),
     ("get u1 U2", "no register 'U2'"),
     ("set u4=1", "no register 'u4'"),
@@ -286,9 +286,9 @@ def test_other_chips(capsys):
     ("watch --interval -1", "--interval must be from 0 to 3600, not -1.0"),
     ("watch --count 0", "--count must be from 1 to 1000000000, not 0"),
 ])
-def test_bad_arguments(capsys, arguments, told):
+def test_bad_arguments(capsys, arguments, message):
     line = FakeLine()
-    assert told in fails(capsys, arguments, line)
+    assert message in fails(capsys, arguments, line)
     assert not any(request.operation == Operation.WRITE for request in line.requests)
 
 
@@ -322,9 +322,9 @@ def test_port_that_goes_away():
     with SerialPort(os.ttyname(slave), 115_200) as port:
         os.close(slave)
         os.close(master)
-        with pytest.raises(UserError, match=r"is gone: .*plug it in again"):
+        with pytest.raises(UserError, match=r"is lost: .*plug it in again"):
             port.read(1, 1.0)
-        with pytest.raises(UserError, match="is gone"):
+        with pytest.raises(UserError, match="is lost"):
             port.write(b"a")
 
 

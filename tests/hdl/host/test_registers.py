@@ -174,7 +174,7 @@ async def put(ctx, dut, data):
 
 
 async def reply_of(ctx, dut, cycles=40):
-    """The bytes that come within so many cycles."""
+    """The bytes received within so many cycles."""
     given = []
     ctx.set(dut.o.ready, 1)
     for _ in range(cycles):
@@ -247,7 +247,7 @@ def test_lost_byte(given):
 
 
 def test_line_error_in_a_reply():
-    """Counted; the reply goes on."""
+    """Counted; the reply is not disturbed."""
     dut = register_file()
 
     async def testbench(ctx):
@@ -279,7 +279,7 @@ def test_errors_stay_at_their_greatest_and_are_cleared():
 
 
 def test_no_value_is_torn():
-    """A counter whose two bytes change in every cycle: what is read is what it was in the cycle after the request's last byte."""
+    """A counter whose two bytes change in every cycle: the value read is that of the cycle after the request's last byte."""
     dut = register_file()
     address = REGISTERS["pairs"].address
     shown = []

@@ -40,8 +40,8 @@ def chip(**options):
     return SimulatedChip(REGISTERS, frame_seconds=FRAME_BITS / BAUD, **options)
 
 
-def ask(chip, request):
-    """The reply to a request on a line that works; all that came with it must be that."""
+def transact(chip, request):
+    """The reply to a request on a good line; nothing else may be received."""
     chip.write(encode_request(request))
     data = chip.read(FRAME_BYTES, 3 * 10 * FRAME_BYTES / BAUD)
     return decode_reply(data)
@@ -51,15 +51,15 @@ def ask(chip, request):
 def test_line(mismatch):
     simulated = chip(mismatch=mismatch)
     simulated.status["pairs"] = 0x1234
-    assert ask(simulated, Request(Operation.READ, REGISTERS["pairs"].address)).value == 0x1234
+    assert transact(simulated, Request(Operation.READ, REGISTERS["pairs"].address)).value == 0x1234
     for name, value in (("u1", 63), ("in_use", 5)):
-        assert ask(simulated, Request(Operation.WRITE, REGISTERS[name].address, value)).status is Status.OK
+        assert transact(simulated, Request(Operation.WRITE, REGISTERS[name].address, value)).status is Status.OK
         assert simulated.params[name] == value
-    assert ask(simulated, Request(Operation.WRITE, REGISTERS["in_use"].address, 21)).status is Status.OUT_OF_RANGE
+    assert transact(simulated, Request(Operation.WRITE, REGISTERS["in_use"].address, 21)).status is Status.OUT_OF_RANGE
     assert simulated.params["in_use"] == 5
-    assert ask(simulated, Request(Operation.WRITE, REGISTERS["restart_setup"].address, 1)).status is Status.OK
+    assert transact(simulated, Request(Operation.WRITE, REGISTERS["restart_setup"].address, 1)).status is Status.OK
     assert simulated.actions == ["restart_setup"]
-    assert ask(simulated, Request(Operation.READ, REGISTERS["uart_errors"].address)).value == 0
+    assert transact(simulated, Request(Operation.READ, REGISTERS["uart_errors"].address)).value == 0
     assert simulated.line.framing_errors == 0
 
 
@@ -87,7 +87,7 @@ def test_request_after_noise(seed):
         while not simulated.line.idle:
             simulated.advance(16)
         simulated.line.received.clear()
-        errors = ask(simulated, Request(Operation.READ, REGISTERS["uart_errors"].address))
+        errors = transact(simulated, Request(Operation.READ, REGISTERS["uart_errors"].address))
         assert errors.status is Status.OK
         assert errors.value > counted     # each kind of noise shows
         counted = errors.value
@@ -99,7 +99,7 @@ def test_bytes_that_come_too_early():
     simulated = chip()
     simulated.write(READ_U1 + bytes(3))
     assert decode_reply(simulated.read(FRAME_BYTES, 2e-3)) == Reply(Status.OK, 0x10, 1)
-    assert ask(simulated, Request(Operation.READ, REGISTERS["uart_errors"].address)).value == 3
+    assert transact(simulated, Request(Operation.READ, REGISTERS["uart_errors"].address)).value == 3
 
 
 def test_pulses_on_the_line_do_no_harm():
@@ -109,4 +109,4 @@ def test_pulses_on_the_line_do_no_harm():
         simulated.line.send(encode_request(Request(Operation.WRITE, 0x10, value)), pulses=0.7, pulse_bits=1.5 / 32)
         reply = decode_reply(simulated.read(FRAME_BYTES, 2e-3))
         assert reply == Reply(Status.OK, 0x10, value)
-    assert ask(simulated, Request(Operation.READ, REGISTERS["uart_errors"].address)).value == 0
+    assert transact(simulated, Request(Operation.READ, REGISTERS["uart_errors"].address)).value == 0

@@ -41,7 +41,7 @@ def run_display(plan, *, size=SIZE, display=SMALL_DISPLAY, mode=0, colour=0, dep
 
     ``clocks``: frequencies of ``sync`` and ``display``. ``change``: probability of new settings in each cycle. ``clear``: a function of the
     number of fetches, of cycles since the last one, and of ``fetch``. ``reset``, ``restart``: after so many fetches and cycles ``sync``, or
-    ``display``, is reset for ten cycles; ``display`` loses a picture, and another one if it has asked for an odd number of them.
+    ``display``, is reset for ten cycles; ``display`` loses a picture, and another one after an odd number of fetches.
     """
     rng = random.Random(1)
     dut = DisplayOutput(CONFIG, display, *size, depth=depth, reader_skips=reader_skips)
@@ -56,7 +56,7 @@ def run_display(plan, *, size=SIZE, display=SMALL_DISPLAY, mode=0, colour=0, dep
     lost = 0 if restart is None else 1 + restart[0] % 2
 
     async def cycle(ctx, word=None, shown_valid=None):
-        """Is the word taken, and is there a fetch? What says nothing is noise."""
+        """Whether the word was accepted, and whether there was a fetch. Inputs without a meaning are noise."""
         nonlocal since, settings
         now = len(run.settings), since
         if change and rng.random() < change:

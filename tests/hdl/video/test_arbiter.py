@@ -22,7 +22,7 @@ class Log:
 
 
 async def write(ctx, port, bursts, log, rng, pause):
-    """Bursts of (address, words with byte enables), one after another; with pauses, a word may come late."""
+    """Bursts of (address, words with byte enables), one after another; with pauses, a word may be late."""
     for address, words in bursts:
         while rng.random() < pause:
             await ctx.tick()
@@ -52,27 +52,27 @@ async def write(ctx, port, bursts, log, rng, pause):
 
 
 async def read(ctx, port, bursts, log, rng, pause, most=48):
-    """Bursts of (address, length); a new one is asked for while there is room for its words."""
-    asked, granted_at, flying, clock = deque(), deque(), 0, 0
+    """Bursts of (address, length); a burst is requested while there is space for its words."""
+    requested, granted_at, in_flight, clock = deque(), deque(), 0, 0
     bursts = deque(bursts)
-    while bursts or asked or granted_at:
-        if bursts and not asked and flying + bursts[0][1] <= most and rng.random() >= pause:
-            asked.append((clock, bursts.popleft()))
-            address, length = asked[0][1]
+    while bursts or requested or granted_at:
+        if bursts and not requested and in_flight + bursts[0][1] <= most and rng.random() >= pause:
+            requested.append((clock, bursts.popleft()))
+            address, length = requested[0][1]
             ctx.set(port.request.payload, {"address": address, "length": length})
             ctx.set(port.request.valid, 1)
-            flying += length
+            in_flight += length
         *_, granted, valid, last, word = await ctx.tick().sample(port.request.ready, port.rdata_valid, port.rdata_last, port.rdata)
         clock += 1
         if granted:
-            begun, (_, length) = asked.popleft()
+            begun, (_, length) = requested.popleft()
             log.grants.append(clock - begun)
             granted_at.append(length)
             ctx.set(port.request.valid, 0)
         if valid:
             log.words.append(word)
             granted_at[0] -= 1
-            flying -= 1
+            in_flight -= 1
             assert last == (granted_at[0] == 0)
             if last:
                 granted_at.popleft()
@@ -178,7 +178,7 @@ NO_REFRESH = (10**9, 0)
 @pytest.mark.parametrize("writers, readers, burst, patience", [(4, 2, 16, 0), (4, 2, 16, 2), (2, 1, 5, 1), (1, 1, 4, 3), (3, 3, 1, 1)])
 @pytest.mark.parametrize("stall", [0, 100])
 def test_latency_is_within_the_formula(writers, readers, burst, patience, stall):
-    """Every master asks all the time and the memory is as slow as its pace allows: the formula holds, and is not far from what is seen."""
+    """Every master requests all the time and the memory is as slow as its pace allows: the bound holds, and is tight."""
     rng = random.Random(3)
     timing = Ddr2Timing(init=1, busy=1.0 if patience else 0.0, patience=patience, refresh=NO_REFRESH, stalls=((60, stall),))
     memory = LocalMemory(timing=timing)
@@ -195,7 +195,7 @@ def test_latency_is_within_the_formula(writers, readers, burst, patience, stall)
 
 
 def test_a_word_a_clock():
-    """The bus does not idle while masters ask, across bursts and masters, for reads and writes."""
+    """The bus does not idle while there are requests, across bursts and masters, for reads and writes."""
     rng = random.Random(4)
     dut = Arbiter(2, 2, burst=8)
     memory = LocalMemory(timing=Ddr2Timing(init=1, busy=0.0, refresh=NO_REFRESH, latency=(10, 10)))
@@ -272,8 +272,8 @@ def test_a_memory_may_wait_for_requests():
     assert len(log.ends) == 4
 
 
-def test_many_bursts_on_their_way():
-    """More bursts of one word than the queue of owners holds: reads wait, none is lost, and writes go on."""
+def test_many_bursts_in_flight():
+    """More bursts of one word than may be in flight: reads wait, none is lost, and writes are granted."""
     dut = Arbiter(1, 1, outstanding=4)
     memory = LocalMemory(timing=Ddr2Timing(init=1, busy=0.0, latency=(40, 40)))
     for address in range(100):

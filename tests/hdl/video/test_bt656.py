@@ -33,7 +33,7 @@ def test_frames_are_exact(ratio, stall):
 
 
 def test_golden_agrees_with_the_model_of_the_camera():
-    """The model of the camera knows what must come of its faults; so does golden, from the bytes alone."""
+    """The camera model predicts the effect of its faults; golden agrees, from the bytes alone."""
     for name, fault in FAULTS.items():
         for seed in range(6):
             data, expected = Camera(SMALL, seed=seed).film(pictures(4), {1: name})
@@ -46,7 +46,7 @@ def test_golden_agrees_with_the_model_of_the_camera():
 
 @pytest.mark.parametrize("name", FAULTS)
 def test_fault(name):
-    """Between two good frames only its own is lost, and its counter tells."""
+    """Between two good frames only the faulty one is lost, and counted."""
     fault = FAULTS[name]
     for seed in range(2):
         data, expected = Camera(SMALL, seed=seed).film(pictures(3), {1: name})
@@ -85,7 +85,7 @@ def test_two_faults_in_a_row():
 
 
 def damaged(rng, count):
-    """Bytes of frames with whatever may happen to bytes, about every frame and a half."""
+    """Bytes of frames with random faults, about one in a frame and a half."""
     parts = []
     for picture in pictures(count, TINY, int(rng.integers(100))):
         data = encode(picture, TINY)

@@ -15,9 +15,9 @@ from hdl.video.buffers import CameraBuffers, PictureSlots
 
 
 def tour(model):
-    """Inputs that make every move in every state; ``model`` goes along.
+    """Inputs that make every move in every state; ``model`` is stepped along.
 
-    A model has ``key()``, its state; ``moves()``, the inputs that may come in it; ``clock(move)``.
+    A model has ``key()``, its state; ``moves()``, the inputs allowed in it; ``clock(move)``.
     """
     new = {}        # state: moves not made yet
     known = {}      # state: where the moves lead
@@ -41,19 +41,19 @@ def tour(model):
 
 def shortest(start, new, known):
     """The moves to the nearest state with a new one."""
-    came = {start: None}
+    reached_by = {start: None}
     queue = deque([start])
     while queue:
         state = queue.popleft()
         if state not in new or new[state]:
             path = []
-            while came[state] is not None:
-                state, move = came[state]
+            while reached_by[state] is not None:
+                state, move = reached_by[state]
                 path.append(move)
             return path[::-1]
         for move, then in known[state].items():
-            if then not in came:
-                came[then] = state, move
+            if then not in reached_by:
+                reached_by[then] = state, move
                 queue.append(then)
     return None
 

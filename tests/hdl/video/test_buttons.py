@@ -1,5 +1,5 @@
 # amaranth: UnusedElaboratable=no
-"""hdl.video.buttons: told once for each time that it is pressed, however it bounces."""
+"""hdl.video.buttons: one pulse each time that it is pressed, however it bounces."""
 
 import numpy as np
 import pytest
@@ -15,23 +15,23 @@ def presses(levels):
     """The clocks in which ``pressed`` is high."""
     dut = Button(CLOCKS / Button.SECONDS)
     assert dut.clocks == CLOCKS
-    told = []
+    pulses = []
 
     async def testbench(ctx):
         for clock, level in enumerate(levels):
             ctx.set(dut.i, level)
             await ctx.tick()
             if ctx.get(dut.pressed):
-                told.append(clock)
+                pulses.append(clock)
 
     simulator = Simulator(dut)
     simulator.add_clock(1e-6)
     simulator.add_testbench(testbench)
     simulator.run()
-    return told
+    return pulses
 
 
-@pytest.mark.parametrize("levels, told", [
+@pytest.mark.parametrize("levels, pulses", [
     # Clock 0 is low; a level of 10 clocks counts, one of 9 does not.
     ([0, *[1] * 30, *[0] * 30], [10]),
     ([0, *[1] * 9, *[0] * 30], []),
@@ -40,8 +40,8 @@ def presses(levels):
     ([*[1] * 15, *[0] * 10, *[1] * 30], [9, 34]),
     ([*[1] * 9, 0, *[1] * 9, 0, *[1] * 12], [29]),
 ])
-def test_by_hand(levels, told):
-    assert presses(levels) == told
+def test_by_hand(levels, pulses):
+    assert presses(levels) == pulses
 
 
 def test_bouncing():

@@ -1,5 +1,5 @@
 # amaranth: UnusedElaboratable=no
-"""Back-pressure, a full FIFO, stopped clocks and resets: frames are lost whole, told and counted."""
+"""Back-pressure, a full FIFO, stopped clocks and resets: whole frames are dropped, marked and counted."""
 
 import numpy as np
 import pytest
@@ -7,7 +7,7 @@ import pytest
 from golden.video.formats import PAL
 from hdl.video.bt656 import CameraInput
 from hdl.video.crossing import ClockWatch
-from sim.models.camera import STANDS, Camera
+from sim.models.camera import STOPPED, Camera
 from tests.hdl.video.camera_runs import SMALL, TINY, WIDE, pictures, run_camera
 
 
@@ -100,7 +100,7 @@ def test_full_as_a_frame_begins():
 
 
 def test_room_as_a_frame_begins():
-    """The drop word that waited goes before it; if they meet, the frame is not taken."""
+    """A drop word that waited is sent before it; if both are in the same cycle, the frame is discarded."""
     data, expected = film(2)
     begins = TINY.frame_bytes + TINY.before_top * TINY.line_bytes + 8 + TINY.blanking
     taken = set()
@@ -115,7 +115,7 @@ def test_room_as_a_frame_begins():
 
 @pytest.mark.parametrize("seed", range(3))
 def test_moods_of_the_consumer(seed):
-    """Whatever the consumer does, each frame comes whole or is told to be dropped, and is counted once."""
+    """However the consumer stalls, each frame is complete or closed by a drop word, and is counted once."""
     count = 20
     data, expected = film(count, seed=seed)
     moods = np.random.default_rng(seed).choice([0.0, 0.4, 1.0], 80)
@@ -134,7 +134,7 @@ LONG, SHORT = ClockWatch.TIMEOUT + 60, ClockWatch.TIMEOUT // 2
 
 
 def stopped_at(data, place, time):
-    return np.insert(data, place, [STANDS] * time)
+    return np.insert(data, place, [STOPPED] * time)
 
 
 ACTIVE = [place for line in (TINY.before_top, TINY.before_top + 1, TINY.before_top + TINY.field_lines + 3)
@@ -212,7 +212,7 @@ def test_reset_of_the_camera_while_the_consumer_stalls():
 
 
 def test_reset_of_the_consumer():
-    """In mid-frame: what is left of the frame is not passed on, and nothing is counted but what comes later."""
+    """In mid-frame: the rest of the frame is discarded, and only later events are counted."""
     data, expected = film(4, SMALL)
     data[3] ^= 1    # an odd number of events before the reset
     for at in (SMALL.frame_bytes + 100, SMALL.frame_bytes + 3):

@@ -40,7 +40,7 @@ def run_between_clocks(dut, there, here, *, ratio):
 
 @pytest.mark.parametrize("ratio", [0.36, 0.99, 1.01, 1.9])
 def test_events(ratio):
-    """Each event is seen once, whatever the other bits do: at three cycles from one to the next, as timing codes may come."""
+    """Each event is seen once, independent of other bits, with three cycles between two, as between timing codes."""
     dut = EventCrossing("there", 3)
     rng = np.random.default_rng(1)
     rare = (rng.random((60, 3)) < 0.5).astype(int)

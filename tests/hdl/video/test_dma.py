@@ -222,7 +222,7 @@ def run_unpacker(dut, sides, count, *, rng, stall, clear_after=None):
 @pytest.mark.parametrize("stall", [0.0, 0.4])
 @pytest.mark.parametrize("width, height", [(1, 1), (1, 3), (15, 2), (16, 1), (37, 3), (64, 2)])
 def test_unpacker(width, height, stall):
-    """Two frames; the planes' words come at different times; noise in the padding."""
+    """Two frames; the planes' words arrive at different times; noise in the padding."""
     memory_map = MemoryMap(width, height)
     pictures = noise(width, height, 1, pictures=4)
     padding = (2**128 - 1) << 8 * ((width - 1) % 16 + 1) & 2**128 - 1
@@ -236,14 +236,14 @@ def test_unpacker(width, height, stall):
 
 @pytest.mark.parametrize("after", [3, 16, 21, 37, 50])
 def test_unpacker_clear(after):
-    """Wherever it is cleared: the pixel that was offered comes, then a whole picture from the next word on."""
+    """Cleared at any pixel: the pixel that was offered is sent, then a whole picture from the next word on."""
     memory_map = MemoryMap(37, 2)
     pictures = noise(37, 2, 1, pictures=4)
     words = [list(memory_map.words(picture).values()) for picture in pictures]
     # A word is taken with its last pixel: the one under way is still there, and is the first of the new picture.
     y, x = divmod(after, 37)
-    gone = y * 3 + (x // 16 if x != 36 else 3) + int(x % 16 == 15)
-    sides = [words[number][:gone] + words[number + 2] for number in range(2)]
+    consumed = y * 3 + (x // 16 if x != 36 else 3) + int(x % 16 == 15)
+    sides = [words[number][:consumed] + words[number + 2] for number in range(2)]
     old = pair_words(*[memory_map.picture(dict(zip(memory_map.words(pictures[0]), side))) for side in sides])[:after + 1]
     new = pair_words(*pictures[2:])
     assert run_unpacker(PixelUnpacker(memory_map), sides, 1 + len(new), rng=np.random.default_rng(1), stall=0.0,

@@ -19,7 +19,7 @@ def check_pictures(plan, pictures, settings):
 
 
 def check(plan, run):
-    """The monitor's pictures, and the counters, are as the plan says."""
+    """The monitor's pictures and the counters agree with the plan."""
     check_pictures(plan, run.pictures, run.settings)
     assert run.underflows == np.cumsum([0, *(entry.underflow for entry in plan)]).tolist()
     assert run.frames == list(range(len(plan) + 1))
@@ -91,21 +91,21 @@ def test_settings_change_with_fetch_only():
     assert len({tuple(settings) for settings in run.settings}) >= 5
 
 
-LONG = 10_000   # cycles: the next fetch comes first
+LONG = 10_000   # cycles: the next fetch is earlier
 LATE = 260      # cycles: the picture's second line has been shown; the frame has 388
 
 
 @pytest.mark.parametrize("mode", [0, 1, 2])
 def test_underflow(mode):
-    """Black from the pixel on that does not come, one count, and the next frame is exact; also if the rest comes later."""
+    """Black from the missing pixel on, one count, and the next frame is bit-exact; also if the rest is sent later."""
     good, *pair = pairs(9)
     plan = []
     for entry in (
         Fetch(pair[0], came=0, pause=(0, LONG)),
-        Fetch(pair[1], came=0, delay=LATE),             # all the same fills the FIFO
+        Fetch(pair[1], came=0, delay=LATE),             # fills the FIFO nevertheless
         Fetch(pair[2], came=0, words=[]),
         Fetch(pair[3], came=82, pause=(82, LONG)),      # the last word of mode `both`
-        Fetch(pair[4], came=16, pause=(16, LATE)),      # in the second line; the rest comes later
+        Fetch(pair[4], came=16, pause=(16, LATE)),      # in the second line; the rest is late
         Fetch(pair[5], came=26, pause=(26, LONG)),
         Fetch(pair[6], came=48, pause=(48, LONG)),      # between two lines
         Fetch(pair[7], came=1, pause=(1, LONG)),
@@ -118,7 +118,7 @@ def test_underflow(mode):
 
 
 def test_no_picture_is_black_and_no_underflow():
-    """Even if words come."""
+    """Even if words are sent."""
     none, *pair = pairs(3)
     silent, full = Fetch(none, shown_valid=False, words=[]), Fetch(none, shown_valid=False)
     plan = [silent, Fetch(pair[0]), full, silent, Fetch(pair[1])]
@@ -204,7 +204,7 @@ def test_clear():
     run = run_display(plan, clear=lambda fetches, cycle, fetch: (fetches, cycle) == (2, 30))
     assert run.underflows == [0, 1, 1, 2, 3]
     assert run.frames == [0, 1, 0, 1, 2]
-    # What comes in the cycle of `clear` is counted.
+    # Events in the cycle of `clear` are counted.
     run = run_display(plan, clear=lambda fetches, cycle, fetch: fetch)
     assert run.frames == [0, 1, 1, 1, 1]
     run = run_display(plan, clear=lambda fetches, cycle, fetch: True)
@@ -225,15 +225,15 @@ def test_reset_of_the_memory_side():
     whole = [0, 1, 3, 4]
     check_pictures([plan[n] for n in whole], [run.pictures[n] for n in whole], [run.settings[n] for n in whole])
     assert 20 < cut(plan[2], run.pictures[2]) < 60
-    # The reset takes longer than what is left in the display's register: that underflow is not counted.
+    # The reset outlasts the word in the display's register: that underflow is not counted.
     assert run.underflows == [0, 1, 1, 0, 0, 0]
     assert run.frames == [0, 1, 2, 0, 1, 2]
 
 
 @pytest.mark.parametrize("fetches", [2, 3])
 def test_reset_of_the_display(fetches):
-    """It asks for a picture at once, and that one is exact; the picture that was being read is drained. After an odd number of fetches and
-    underflows there is one more of each."""
+    """It fetches a picture at once, which is bit-exact; the picture that was being read is drained. After an odd number of fetches and
+    underflows one more of each is counted."""
     first, *pair = pairs(6)
     plan = [Fetch(first, came=0, words=[]), *map(Fetch, pair)]
     run = run_display(plan, restart=(fetches, 200))
@@ -255,7 +255,7 @@ def test_refuses():
     with pytest.raises(ValueError, match="picture of 720x577 pixels cannot be shown on a display of 720x576"):
         DisplayOutput(CONFIG, DISPLAYS["720x576"], 720, 577)
     for depth in (8, 24, 0):
-        with pytest.raises(ValueError, match=f"a power of two from 16 on as its depth, not {depth}"):
+        with pytest.raises(ValueError, match=f"must be a power of two of at least 16, not {depth}"):
             DisplayOutput(CONFIG, DISPLAYS["720x576"], 720, 576, depth=depth)
     with pytest.raises(ValueError, match="blanking of 96 pixels is too short to drain the display's FIFO of 64 words; give it 32 or less"):
         DisplayOutput(CONFIG, SMALL_DISPLAY, 12, 8, depth=64)

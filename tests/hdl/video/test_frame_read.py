@@ -59,7 +59,7 @@ PAIRS = [(0, 1), (1, 1), (2, 0), (0, 2)]
 @pytest.mark.parametrize("stall", [0.0, 0.5])
 @pytest.mark.parametrize("width, height, burst, size, depth", [(20, 3, 16, 1, 32), (37, 2, 2, 4, 5), (1, 1, 1, 1, 4), (64, 2, 4, 3, 8)])
 def test_pairs(width, height, burst, size, depth, stall):
-    """Pair after pair: ``start`` follows ``done`` at once, and comes while pixels of the pair before are still to be given."""
+    """Pair after pair: ``start`` follows ``done`` immediately, while pixels of the pair before have not been sent yet."""
     memory_map = MemoryMap(width, height, 3)
     memory, pictures = filled(memory_map, (Plane.LEFT, Plane.RIGHT), size=size)
     dut = PairReader(memory_map, burst=burst, depth=depth)
@@ -77,10 +77,10 @@ def test_pairs(width, height, burst, size, depth, stall):
                 *_, done = await ctx.tick().sample(dut.control.done)
                 if done:
                     break
-            # Every word of both has come, none of the next.
+            # All words of both have been returned, none of the next pair.
             dones.append(memory.words_read)
             assert memory.words_read == 2 * (number + 1) * height * memory_map.line_words
-            assert not memory._on_their_way
+            assert memory.in_flight == 0
         for _ in range(200):
             *_, done = await ctx.tick().sample(dut.control.done)
             assert not done
@@ -97,7 +97,7 @@ def test_pairs(width, height, burst, size, depth, stall):
 
 
 def test_done_does_not_wait_for_the_pixels():
-    """The FIFOs hold the pair: it is done although nobody takes a pixel; the next one waits, and nothing is lost."""
+    """The FIFOs hold the pair: it is done although no pixel is accepted; the next one waits, and nothing is lost."""
     memory_map = MemoryMap(20, 3)
     memory, pictures = filled(memory_map, (Plane.LEFT, Plane.RIGHT))
     dut = PairReader(memory_map, burst=4, depth=8)
@@ -156,7 +156,7 @@ def test_fill():
         ctx.set(dut.control.start, 0)
         while not ctx.get(dut.fill):
             await ctx.tick()
-        assert memory.words_read - len(memory._on_their_way) <= 4
+        assert memory.words_read - memory.in_flight <= 4
         await receive(ctx, dut.o, 64, rng=np.random.default_rng(1))
         assert ctx.get(dut.fill) == 4
         ctx.set(dut.clear_fill, 1)
@@ -178,7 +178,7 @@ def check_shown(given, fetches, pictures):
               for buffer, valid in fetches]
     turn = iter(wanted)
     for segment in segments:
-        assert any(picture is not None and segment == picture[:len(segment)] for picture in turn), "pixels that nobody fetched"
+        assert any(picture is not None and segment == picture[:len(segment)] for picture in turn), "pixels that were not fetched"
     if wanted[-1] is not None:
         assert segments[-1] == wanted[-1]
     return segments
@@ -234,7 +234,7 @@ def test_fetch_at_any_time(width, height, burst, size, depth, stall):
 
 
 def test_nothing_to_show():
-    """Before the first fetch nothing comes; after one without a picture only what was on its way, and nothing more is asked for."""
+    """Before the first fetch nothing is sent; after one without a picture only words in flight, and no more are requested."""
     memory_map = MemoryMap(37, 30, 3)
     memory, pictures = filled(memory_map, (Plane.DISPARITY, Plane.SHOWN_LEFT))
     dut = PictureReader(memory_map, CONFIG, burst=2, depth=4)
@@ -277,7 +277,7 @@ def test_disparities_have_their_width():
 
 
 def test_default_depths():
-    """They are what the budget of the thesis's system asks for, on either monitor."""
+    """They are the depths in the budget of the thesis's system, on either monitor."""
     memory_map = MemoryMap()
     for display in DISPLAYS.values():
         budget = replace(Budget(), display=display)

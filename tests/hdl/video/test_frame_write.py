@@ -108,7 +108,7 @@ WRITERS = {
     ("picture", 20, 3, 1, 1, 0.4), ("picture", 37, 3, 16, 1, 0.0), ("picture", 1, 1, 4, 1, 0.4),
 ])
 def test_frames(kind, width, height, burst, size, stall):
-    """Frames into their buffers; some are skipped. The memory holds each as ``complete`` says so, and nothing else changes."""
+    """Frames into their buffers; some are skipped. The memory holds each one when ``complete`` is high, and nothing else changes."""
     writer, plane, words_of = WRITERS[kind]
     memory_map = MemoryMap(width, height, 3)
     pictures = noise(width, height, 1, pictures=6)
@@ -128,7 +128,7 @@ def with_flags(words, place, **flags):
     return [*words[:place], {**words[place], **flags}, *words[place + 1:]]
 
 
-# Frames of 20x4 at fault; whether ``ragged`` says so.
+# Faulty frames of 20x4, and how often each is reported as ragged.
 def faults(words):
     dropped = {**words[0], "drop": 1, "first": 0, "last": 1, "end": 1}
     return {
@@ -150,7 +150,7 @@ def faults(words):
         "dropped at once": ([words[0], dropped], 0),
         "dropped in mid-line": ([*words[:50], dropped], 0),
         "dropped before its last pixel": ([*words[:79], dropped], 0),
-        "dropped by words that say first": ([*words[:50], *[{**dropped, "first": 1}] * 2], 0),
+        "dropped by words with first": ([*words[:50], *[{**dropped, "first": 1}] * 2], 0),
         "dropped twice": ([*words[:30], dropped, dropped, *words[50:60]], 0),
         "dropped, then its rest": ([*words[:10], dropped, *words[11:]], 0),
     }
@@ -221,7 +221,7 @@ def test_a_pixel_a_cycle():
 
 
 def test_overflow_is_told():
-    """A stall longer than the FIFO bridges: the pixel waits, ``overflow`` says so, and nothing is lost."""
+    """A stall longer than the FIFO bridges: the pixel waits, ``overflow`` is high, and nothing is lost."""
     memory_map = MemoryMap(64, 4)
     picture, = noise(64, 4, 1, pictures=1)
     run = Run(FrameWriter(memory_map, Plane.LEFT, burst=4, depth=6), memory_map, camera_words(picture), [(0, 1)],
@@ -270,7 +270,7 @@ def test_derived_depth(at):
 
 
 def test_default_depths():
-    """They are what the budget of the thesis's system asks for, and not twice that."""
+    """They are at least the depths in the budget of the thesis's system, and not twice that."""
     memory_map = MemoryMap()
     for display in DISPLAYS.values():
         budget = replace(Budget(), display=display)

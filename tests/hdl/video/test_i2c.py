@@ -47,7 +47,7 @@ def run_master(script, *chips, clock_hz=CLOCK_HZ, rise_ns=0, broken=False, stall
     async def play(ctx):
         async def transfer(commands):
             responses = []
-            # One at a time: a command after a failed one would begin anew.
+            # One at a time: a command after a failed one would start another transfer.
             for command in commands:
                 await send(ctx, dut.i, [{"start": 0, "read": 0, "nack": 0, "stop": 0, "data": 0xA5, **command}], rng=rng, stall=stall)
                 (response,) = await receive(ctx, dut.o, 1, rng=rng, stall=stall)
@@ -109,7 +109,7 @@ def test_transfers(clock_hz, rise_ns, stretch, stall):
 
 
 def test_many_chips():
-    """Each chip takes what is for it alone."""
+    """Each chip accepts only its own transfers."""
     chips = [I2cChip(number, seed=number) for number in (0x00, 0x5C, 0x5D, 0x7F)]
 
     async def script(master):
@@ -150,7 +150,7 @@ def test_slower_bus():
 
 @pytest.mark.parametrize("register, answered", [(None, 0), (0x12, 1), (-1, 2)])
 def test_no_acknowledge(register, answered):
-    """A stop follows at once; the rest of the transfer goes nowhere; the next transfer is well."""
+    """A stop follows immediately; the rest of the transfer is not sent; the next transfer succeeds."""
     chip = I2cChip(ADDRESS)
     chip.faults = [Fault("no acknowledge", register, times=1)]
 
@@ -180,7 +180,7 @@ def test_nobody_there():
 
 @pytest.mark.parametrize("stretch_ns, result", [(180_000, WELL), (220_000, Failure.CLOCK_HELD)])
 def test_limit_of_stretching(stretch_ns, result):
-    """Up to the limit, which counts from when the master lets go of SCL, all is well."""
+    """Up to the limit, counted from the master's release of SCL, transfers succeed."""
     class Slow(I2cChip):
         def on_fall(self, now):
             super().on_fall(now)
@@ -196,7 +196,7 @@ def test_limit_of_stretching(stretch_ns, result):
 
 @pytest.mark.parametrize("register, commands", [(None, 0), (0x12, 1), (-1, 2)])
 def test_clock_held_for_ever(register, commands):
-    """Both lines are let go; when the chip lets go too, the next transfer is well."""
+    """Both lines are released; once the chip releases them too, the next transfer succeeds."""
     chip = I2cChip(ADDRESS)
     chip.faults = [Fault("clock", register, times=1)]
 
@@ -294,7 +294,7 @@ def test_data_held_at_a_repeated_start():
 
 
 def test_clock_that_bounces():
-    """SCL is seen low once more after it was seen high: its time begins anew."""
+    """SCL is seen low again after it was seen high: its high time restarts."""
     dut = I2cMaster(CLOCK_HZ)
 
     async def testbench(ctx):
@@ -331,12 +331,12 @@ def test_bus_is_held_between_commands():
     assert {(scl, scl_low) for scl, _, scl_low, _ in gap} == {(0, 1)}
 
 
-@pytest.mark.parametrize("arguments, told", [
+@pytest.mark.parametrize("arguments, message", [
     ({"clock_hz": 1_000_000, "bus_hz": 0}, r"from 1 to 100000, .* not 0$"),
     ({"clock_hz": 1_000_000, "bus_hz": 100_001}, r"from 1 to 100000, .* not 100001$"),
     ({"clock_hz": 399_999}, r"at least four times bus_hz, 400000, not 399999$"),
     ({"clock_hz": 1_000_000, "stretch_seconds": 0}, r"greater than 0, not 0$"),
 ])
-def test_bad_parameters(arguments, told):
-    with pytest.raises(ValueError, match=told):
+def test_bad_parameters(arguments, message):
+    with pytest.raises(ValueError, match=message):
         I2cMaster(**arguments)

@@ -136,7 +136,7 @@ class World:
         if reference.started is not None:
             self.later(0, self.reading, "reader.done")
             for plane in PLANES:
-                if rng.random() >= self.trouble / 4:    # now and then a picture goes missing
+                if rng.random() >= self.trouble / 4:    # now and then a picture is missing
                     self.later(1, 4, f"{plane}.begin")
         names = {name for at, name in self.due if at <= self.now}
         self.due = [(at, name) for at, name in self.due if at > self.now]
@@ -231,7 +231,7 @@ def test_life(last, pairs):
 
 
 def test_ages_of_a_real_system():
-    """Both latest frames very old, far more than any counter holds; then a fresh pair."""
+    """Both latest frames very old, far beyond the range of any counter; then a new pair."""
     dut = BufferControl(2, 60, 255)
     events = PAIR | {12: "", 1000 + 2: "right_camera.complete", 2000: "left_camera.begin right_camera.begin",
                      2100: "left_camera.complete right_camera.complete"}
@@ -240,7 +240,7 @@ def test_ages_of_a_real_system():
 
 
 def test_stalled_reader_only_delays():
-    """A memory that gives nothing for 20 periods: the pair's buffers are left alone, and the next pair is a fresh one."""
+    """A memory that returns nothing for 20 periods: the pair's buffers stay locked, and the next pair is a new one."""
     period = 16
     frames = {}
     for number in range(60):
@@ -259,7 +259,7 @@ def test_stalled_reader_only_delays():
         return cycle
 
     reference = compare(BufferControl(2, 10), [watch(names) for names in play(frames | stall, 400)])
-    # In the stall the latest frames have expired, and others have come in their place, at intervals of 3 periods.
+    # During the stall the latest frames expired and were replaced, at intervals of 3 periods.
     assert begun[0] == 21 and 344 <= begun[1] <= 344 + 2 * period and len(begun) == 2
     assert reference.rule.cameras[0].skipped > 10
 

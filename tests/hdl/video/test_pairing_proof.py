@@ -71,7 +71,7 @@ class Promises(Elaboratable):
             m.d.comb += Assert(~(writes & display.shown_valid & (buffer == display.shown_buffer)))
 
     def what_holds(self, m):
-        """No pair starts while one is read, whose buffers hold; what is shown holds from fetch to fetch."""
+        """No pair starts while one is read, whose buffers hold; the shown picture holds from fetch to fetch."""
         display = self.dut.display
         m.d.comb += Assert(~(self.dut.reader.start & self.earlier))
         fetched = Signal()
@@ -86,18 +86,18 @@ class Promises(Elaboratable):
         ages = []
         for (writes, buffer, complete), read, name in zip(self.cameras, self.buffers_read, CAMERAS):
             since = Array(Signal(range(self.life + 3), name=f"{name}_since_{n}") for n in range(self.buffers))
-            fresh = Array(Signal(name=f"{name}_fresh_{n}") for n in range(self.buffers))
+            unused = Array(Signal(name=f"{name}_unused_{n}") for n in range(self.buffers))
             for age in since:
                 m.d.sync += age.eq(Mux(age == self.life + 2, age, age + 1))
             with m.If(self.dut.reader.start):
-                m.d.comb += Assert(fresh[read] & (since[read] <= self.life - younger))
-                m.d.sync += fresh[read].eq(0)
+                m.d.comb += Assert(unused[read] & (since[read] <= self.life - younger))
+                m.d.sync += unused[read].eq(0)
             sample = Signal(name=f"{name}_sampled")
             m.d.sync += sample.eq(getattr(self.dut, name).begin)
             with m.If(sample & writes):
-                m.d.sync += [since[buffer].eq(2), fresh[buffer].eq(0)]
+                m.d.sync += [since[buffer].eq(2), unused[buffer].eq(0)]
             with m.If(complete):
-                m.d.sync += fresh[buffer].eq(1)
+                m.d.sync += unused[buffer].eq(1)
             ages.append(since[read])
         with m.If(self.dut.reader.start):
             m.d.comb += [Assert(age <= other + self.window - nearer) for age, other in (ages, ages[::-1])]
@@ -119,7 +119,7 @@ def proved(folder, *arguments):
 
 @pytest.mark.parametrize("buffers, window, life, promise", [
     *((buffers, 2, 5, promise) for buffers in (2, 3) for promise in ("no_torn_frame", "no_torn_picture", "what_holds", "near_and_fresh")),
-    # The widths of a real system; how long its clocks run does not matter to what is proved.
+    # The widths of the system as built; the proof does not depend on the length of its times.
     (2, 1_875_000, None, "no_torn_frame"), (3, 1_875_000, None, "no_torn_picture"),
 ])
 def test_promise(tmp_path, buffers, window, life, promise):

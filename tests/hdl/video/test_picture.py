@@ -1,5 +1,4 @@
-"""The gate in front of the display's FIFO, against a model that works on lists, and what the scan behind it does about words that
-cannot be right; pictures: test_hdl_video_dvi.py."""
+"""The gate in front of the display's FIFO, against a model on lists, and the scan behind it with invalid words; pictures: test_dvi.py."""
 
 import random
 
@@ -18,7 +17,7 @@ CONFIG = MatcherConfig(labels=5)
 
 
 def passed(words, width, lines, step):
-    """Which of the words pass, and are more to come? ``step``: every second pixel and, of so many, the first line."""
+    """The words that pass, and whether more are expected. ``step``: every second pixel and, of so many lines, the first one."""
     start = next((at for at, word in enumerate(words) if word["first"]), len(words))
     passing = []
     for n, word in enumerate(words[start:]):
@@ -33,7 +32,7 @@ def passed(words, width, lines, step):
 @pytest.mark.parametrize("reader_skips", [False, True])
 @pytest.mark.parametrize("size", [(4, 4), (5, 3), (2, 2)])
 def test_gate(size, reader_skips):
-    """Good pictures, faulty ones, parts of them, and none that may be shown; words with ``first`` in the two cycles that discard all."""
+    """Good pictures, faulty ones, incomplete ones, and unannounced ones; words with ``first`` in the two cycles that discard all."""
     rng = random.Random(1)
     width, height = size
     dut = PictureGate(CONFIG, *size, reader_skips=reader_skips)
@@ -41,7 +40,7 @@ def test_gate(size, reader_skips):
     outcomes = []
 
     async def cycle(ctx, word=None, **inputs):
-        """Is the word taken, and what is written?"""
+        """Whether the word was accepted, and the word written."""
         for name, value in inputs.items():
             ctx.set(getattr(dut, name), value)
         ctx.set(dut.i.valid, word is not None)
@@ -51,8 +50,8 @@ def test_gate(size, reader_skips):
             ctx.set(dut.i.payload, word)
         room = rng.randrange(2)
         ctx.set(dut.ready, room)
-        _, _, ready, write, written, coming = await ctx.tick().sample(dut.i.ready, dut.write, dut.word, dut.coming)
-        assert ready == (room or not coming or ctx.get(dut.fetch))
+        _, _, ready, write, written, unfinished = await ctx.tick().sample(dut.i.ready, dut.write, dut.word, dut.unfinished)
+        assert ready == (room or not unfinished or ctx.get(dut.fetch))
         assert word or not write
         return ready, comparable(written) if write and room else None
 
@@ -83,25 +82,25 @@ def test_gate(size, reader_skips):
                     taken, written = await cycle(ctx, word)
                     given += [written] if written else []
             await cycle(ctx)
-            expected, coming = passed(words, width, lines, step) if announced else ([], False)
+            expected, unfinished = passed(words, width, lines, step) if announced else ([], False)
             names = ("disparity", "left", "first")
             assert given == [{**{name: word[name] for name in names}, "tag": tag} for word in expected]
-            assert ctx.get(dut.coming) == coming
+            assert ctx.get(dut.unfinished) == unfinished
             old = {"halves": halves, "tag": tag}
-            outcomes.append((len(given), coming))
+            outcomes.append((len(given), unfinished))
 
     simulator = Simulator(dut)
     simulator.add_clock(1e-6)
     simulator.add_testbench(testbench)
     simulator.run()
-    # Whole pictures and halves, parts of pictures that were given up and that were not.
+    # Whole pictures and halves, incomplete pictures that were given up and that were not.
     assert {(width * height, False), ((width // 2) * (height // 2), False), (0, True), (0, False)} <= set(outcomes)
 
 
 def scan(words):
-    """Show 4x2 left pixels on a display of that size, from vertical blanking on; ``words``: when they come, and what they are.
+    """Show 4x2 left pixels on a display of that size, from vertical blanking on; ``words``: from which clock on each is there, the word.
 
-    Returns the red of each pixel, at which pixels there was an underflow, and how many words are left.
+    Returns the red of each pixel, the pixels with an underflow, and the number of words left.
     """
     display = DisplayFormat(4, range(4, 5), 6, 2, range(2, 3), 4, 1)
     dut = PictureScan(CONFIG, display, 4, 2)
@@ -115,14 +114,14 @@ def scan(words):
             ctx.set(dut.x, x)
             ctx.set(dut.y, y)
             ctx.set(dut.frame_start, clock == 0)
-            there = bool(queue) and queue[0][0] <= clock
-            ctx.set(dut.there, there)
-            ctx.set(dut.head, queue[0][1] if there else {"tag": 1, "first": 1})
-            underflow, take = ctx.get(dut.underflow), ctx.get(dut.take)
+            valid = bool(queue) and queue[0][0] <= clock
+            ctx.set(dut.i.valid, valid)
+            ctx.set(dut.i.p, queue[0][1] if valid else {"tag": 1, "first": 1})
+            underflow, ready = ctx.get(dut.underflow), ctx.get(dut.i.ready)
             _, _, red = await ctx.tick().sample(dut.red)
             if underflow:
                 underflows.append(4 * y + x)
-            if take and there:
+            if ready and valid:
                 queue.pop(0)
             at = clock - 12 - PictureScan.LATENCY
             if at >= 0 and at % 6 < 4:

@@ -117,7 +117,7 @@ def poll_fails(kind):
     (lambda model: model.faults.append(Fault("clock", 0x11, nanoseconds=600_000)), 4, Failure.CLOCK_HELD),
 ])
 def test_fails_and_recovers(start, step, reason):
-    """As many tries as there may be, each from the first step on; then nothing more, until ``restart`` when the fault is gone."""
+    """All attempts, each from the first step on; then the bus is idle, until ``restart`` after the fault has ended."""
     model = SmallModel()
     start(model)
 
@@ -125,7 +125,7 @@ def test_fails_and_recovers(start, step, reason):
         await watched.until("failures", 1)
         assert watched.status == (step, reason, 1)
         assert watched.get("busy")
-        # The pause comes first.
+        # After the pause.
         assert await watched.until("reset", 0) >= 5 * TICK
         assert watched.get("busy")
         await watched.until("failed")
@@ -197,7 +197,7 @@ def test_only_try_is_not_spent_by_a_failure_while_watched():
 
 
 def test_locks():
-    """Each channel by its own register, under its mask; low from a failure on until it is read again."""
+    """Each channel by its register and mask; low from a failure on until it is read again."""
     model = SmallModel()
 
     async def script(watched):
@@ -249,7 +249,7 @@ def test_chip_that_stops_answering(register, step):
 
 @pytest.mark.parametrize("cycles", [5, 100, 200, 317, 333, 600, 1100, 1500, 1777])
 def test_restart(cycles):
-    """At any time, in the middle of a byte too: the transfer ends first, then all begins anew."""
+    """At any time, in the middle of a byte too: the transfer ends first, then the set-up is repeated."""
     model = SmallModel()
 
     async def script(watched):
@@ -310,11 +310,11 @@ def test_count_of_failures_stays_at_its_greatest():
     run_setup(SMALL, model, script)
 
 
-@pytest.mark.parametrize("arguments, told", [
+@pytest.mark.parametrize("arguments, message", [
     ({"tries": 0}, r"at least 1 try, not 0$"),
     ({"pause_seconds": -1}, r"pause_seconds must be 0 or more, not -1$"),
     ({"watch_seconds": float("nan")}, r"watch_seconds must be 0 or more, not nan$"),
 ])
-def test_bad_parameters(arguments, told):
-    with pytest.raises(ValueError, match=told):
+def test_bad_parameters(arguments, message):
+    with pytest.raises(ValueError, match=message):
         ChipSetup(SMALL, CLOCK_HZ, **arguments)

@@ -24,7 +24,7 @@ def decoder_model(**kwargs):
 
 
 def test_decoder():
-    """Order and values of all writes, both decoders set up and the others not, pins in their order, lock told."""
+    """Order and values of all writes, both decoders set up and the others not, pins in their order, locks reported."""
     model = decoder_model(stretch=0.02)
 
     async def script(watched):
