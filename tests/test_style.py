@@ -33,11 +33,10 @@ EXCEPTIONS = {("hdl/build.py", "boards.registry")}
 # Rooms: the packages, and the folders in them.
 ROOMS = sorted(".".join(path.parent.relative_to(ROOT).parts) for package in PACKAGES[:-1] for path in (ROOT / package).rglob("__init__.py"))
 # Rooms that do not state yet what they may import: to be empty.
-UNSTATED = {"golden.host", "golden.matcher", "golden.video", "hdl.host", "hdl.matcher", "hdl.matcher.refine",
-            "hdl.matcher.sequential", "hdl.matcher.streaming", "hdl.parts", "hdl.video", "sim", "sim.benches", "sim.kit", "sim.models"}
+UNSTATED = {"golden.matcher", "hdl.matcher", "hdl.matcher.refine",
+            "hdl.matcher.sequential", "hdl.matcher.streaming", "sim", "sim.benches", "sim.kit"}
 # Rooms whose public signatures do not have all their types yet: to be empty.
-UNTYPED = {"hdl", "hdl.host", "hdl.matcher", "hdl.matcher.refine", "hdl.matcher.sequential", "hdl.matcher.streaming", "hdl.parts",
-           "hdl.video", "sim", "sim.benches", "sim.kit", "sim.models"}
+UNTYPED = {"hdl", "hdl.matcher", "hdl.matcher.refine", "hdl.matcher.sequential", "hdl.matcher.streaming", "sim", "sim.benches", "sim.kit"}
 
 
 def name(path):

@@ -6,6 +6,7 @@ from amaranth import *
 from amaranth.lib import wiring
 
 from boards.cyclone3.project import quartus_project
+from boards.registry import Project
 from golden.config import MatcherConfig
 from golden.video.bandwidth import Budget
 from golden.video.formats import DISPLAYS
@@ -62,7 +63,7 @@ class BoardCore(wiring.Component):
 
 
 @cache
-def board_project(display):
+def board_project(display: str) -> Project:
     """The board's project with the stand-in on it; ``display`` by its name."""
     config = MatcherConfig(labels=4, max_width=8)
     return quartus_project(BoardCore(config), DISPLAYS[display], config)
