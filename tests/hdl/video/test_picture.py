@@ -151,6 +151,7 @@ GOOD = [(0, queued(left)) for left in range(1, 9)]
     ([*GOOD[:3], (15, queued(4)), *GOOD[4:]], 8, 0),
     ([(12, queued(1, tag=0)), *GOOD], 0, 8),                                                # too late to be drained
     ([(12, queued(9)), *GOOD], 0, 8),
+    ([(13, queued(1)), *GOOD[1:]], 0, 8),                                                   # no word for the first pixel
 ])
 def test_scan(words, shown, left):
     wanted = [value if value <= shown else 0 for value in range(1, 9)]
