@@ -185,7 +185,7 @@ def test_decoder_has_its_time(less, message):
 @pytest.mark.parametrize("register, value", [(0x03, 0x0C), (0x04, 0x00), (0xFE, 0x03), (0x7F, 0x01)])
 def test_decoder_takes_no_other_values(register, value):
     model, hand = decoder()
-    with pytest.raises(Violation, match=f"{register:02X} = {value:02X} is not to be written"):
+    with pytest.raises(Violation, match=f"{register:02X} = {value:02X} must not be written"):
         hand.write(model.address, register, value)
 
 
@@ -195,7 +195,7 @@ def test_decoder_refuses():
     with pytest.raises(Violation, match="more than one byte"):
         hand.write(model.address, 0xFE, 0x01, 0x01)
     model, hand = decoder()
-    with pytest.raises(Violation, match="no repeated start"):
+    with pytest.raises(Violation, match="does not support a repeated start"):
         hand.read(model.address, 0x81, restart=True)
     model, hand = decoder()
     model.start_ns = 10**9
@@ -208,7 +208,7 @@ def test_decoder_refuses():
 
 
 def test_transmitter_refuses():
-    """It is silent before a reset, is read after a repeated start only, and takes no other values."""
+    """It does not respond before a reset, is read after a repeated start only, and accepts no other values."""
     model = Tfp410()
     hand = Hand(model, pins={"isel": 1})
     hand.start()
@@ -221,7 +221,7 @@ def test_transmitter_refuses():
     assert hand.read(model.address, 0x08, restart=True) == 0xFE
     hand.write(model.address, 0x08, 0xBF)
     assert model.is_set_up()
-    with pytest.raises(Violation, match="08 = BE is not to be written"):
+    with pytest.raises(Violation, match="08 = BE must not be written"):
         hand.write(model.address, 0x08, 0xBE)
     hand = Hand(model, pins={"isel": 1})
     with pytest.raises(Violation, match="read without a repeated start"):
