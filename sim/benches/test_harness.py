@@ -6,6 +6,7 @@ import pytest
 from golden.config import MatcherConfig
 from sim.kit.harness import simulate
 from sim.kit.simulators import SIMULATORS, SimulationError, build, run
+from sim.kit.store import models
 
 
 CONFIG = MatcherConfig(labels=16)
@@ -82,6 +83,8 @@ def test_good(tmp_path, simulator):
                        settings={"u1": 3, "u2": 0, "u3": 0})
     assert [labels.tolist() for labels in stalled.labels] == [((left + 3) % 16).tolist() for left in lefts]
     assert stalled.build_seconds < 0.5   # used again
+    # And the runtime libraries of Verilator are compiled once for all models.
+    assert simulator == "icarus" or {"verilated.o", "verilated_vpi.o"} <= {path.name.split("-")[-1] for path in models().folder.glob("*.o")}
     assert 2 < stalled.frames[2].clocks_per_pixel < 4
 
 

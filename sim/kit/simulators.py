@@ -4,6 +4,7 @@ Both are driven through cocotb's runner, so that a bench is the same Python for 
 """
 
 import contextlib
+import functools
 import hashlib
 import importlib.metadata
 import importlib.util
@@ -14,10 +15,14 @@ import re
 import shutil
 import subprocess
 import sys
+import tempfile
 import time
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 
 from golden.errors import UserError
+
+from .store import ROOT, Store, models
 
 
 __all__ = ["ROOT", "SIMULATORS", "STUBS", "SimulationError", "build", "lint", "require", "run"]
@@ -25,18 +30,35 @@ __all__ = ["ROOT", "SIMULATORS", "STUBS", "SimulationError", "build", "lint", "r
 
 SIMULATORS = ("verilator", "icarus")
 
-#: Folder that holds the project's packages: Python inside a simulator must find them.
-ROOT = Path(__file__).resolve().parents[2]
-
 #: Stand-ins for the blocks of Altera that a board's top level is made of.
 STUBS = tuple(sorted((ROOT / "sim" / "stubs").glob("*.v")))
 
 # What cocotb 2.1 needs.
 _VERILATOR_VERSION = (5, 36)
 
-# The Verilator of the Python package is configured for clang; with g++ its precompiled header does not link. The optimiser is told
-# here too: on where the clocks are spent, off where code runs once.
+# The Verilator of the Python package is configured for clang; with g++ its precompiled header does not link. The optimiser is set here
+# too: on where the clocks are spent, off for code that runs once. -O2 compiles for two to three times as long as -O1, and the model
+# runs a fifth faster, which pays after millions of clocks only.
 _MAKEFLAGS = " -- CFG_CXXFLAGS_PCH_I=-include OPT_FAST={fast} OPT_SLOW=-O0"
+
+# Verilator's makefile calls this in front of each compilation. The runtime libraries of Verilator and cocotb are the same in all
+# models and take longer to compile than a small model: their objects, whose sources alone have absolute paths, are kept. $OBJECTS is
+# where, and the prefix of their names.
+_OBJECTS = """\
+for source; do :; done
+case $source in
+    /*.cpp) ;;
+    *) exec "$@" ;;
+esac
+object=$(basename "$source" .cpp).o
+kept=$OBJECTS$(printf %s "$*" | cksum | tr ' ' -)-$object
+if cp "$kept" "$object" 2>/dev/null; then
+    touch "$kept"
+else
+    "$@" || exit
+    cp "$object" "$kept.$$" 2>/dev/null && mv "$kept.$$" "$kept" || rm -f "$kept.$$"
+fi
+"""
 
 # What `verilator --lint-only -Wall` has to say of Amaranth's Verilog; the last two are Yosys's way to write `x == 0` (as `!x`) and a
 # multiplexer of one-hot selection. Any other warning ends the build.
@@ -49,8 +71,6 @@ _BOARD_WARNINGS = ("-Wno-UNUSEDPARAM", "-Wno-SYNCASYNCNET", "-Wno-UNDRIVEN", "-W
 
 # cocotb makes every signal public, for benches that reach inside. A whole picture runs five times faster if only ports are.
 _PORTS_ONLY = ("--no-public-flat-rw", "--public-depth", "1")
-
-_STAMP = "build.json"
 
 
 class SimulationError(RuntimeError):
@@ -162,8 +182,29 @@ def lint(simulator, sources, toplevel):
         raise SimulationError(f"{simulator} does not take {toplevel}: {said[-2000:]}")
 
 
-def build(simulator, sources, toplevel, build_dir, *, parameters=None, defines=None, debug=False, waves=False):
-    """Build ``sources`` for a simulator, unless the same build is there already.
+@functools.cache
+def _versions(simulator: str) -> str:
+    """Versions of all that makes a model."""
+    import cocotb
+    if simulator == "verilator":
+        commands = [["c++", "--version"]]
+        told = [*_verilator()]
+    else:
+        commands = [["iverilog", "-V"]]
+        told = []
+    told += [subprocess.run(command, capture_output=True, text=True, timeout=60).stdout.partition("\n")[0] for command in commands]
+    return " ".join(map(str, [*told, cocotb.__version__, sys.prefix, sys.version]))
+
+
+def _model(simulator: str, toplevel: str, build_dir: Path) -> Path:
+    """The file that a simulator runs."""
+    return build_dir / (toplevel if simulator == "verilator" else "sim.vvp")
+
+
+def build(simulator: str, sources: Iterable[str | os.PathLike[str]], toplevel: str, build_dir: str | os.PathLike[str], *,
+          parameters: Mapping[str, object] | None = None, defines: Mapping[str, object] | None = None, debug: bool = False,
+          waves: bool = False, store: Store | None = None) -> float:
+    """Compile ``sources`` for a simulator, unless the model is in the store already.
 
     Parameters
     ----------
@@ -174,55 +215,64 @@ def build(simulator, sources, toplevel, build_dir, *, parameters=None, defines=N
     toplevel : str
         Module that the bench sees.
     build_dir : path
-        Folder of this build alone.
+        Folder for the model, and for what its runs leave. Two that run at the same time need a folder each.
     parameters, defines : dict
         Parameters of the top-level module, macros.
     debug : bool
         Let the bench reach signals inside the design. Off, it sees the ports of ``toplevel`` only, and Verilator is five times faster.
     waves : bool
         Make :func:`run` able to leave a waveform file.
+    store : Store
+        Where models are kept, by all that they are made of: sources, parameters, macros, options, versions of the tools; by default
+        :func:`sim.kit.store.models`.
 
     Returns
     -------
     float
-        Seconds; 0 if there was nothing to do.
+        Seconds of compilation; 0 if the model was there. :class:`SimulationError` if it cannot be built.
     """
     require(simulator)
+    store = models() if store is None else store
     build_dir = Path(build_dir).resolve()
-    sources = [Path(source).resolve() for source in sources]
+    build_dir.mkdir(parents=True, exist_ok=True)
+    files = [Path(source).resolve() for source in sources]
     parameters, defines = dict(parameters or {}), dict(defines or {})
     if simulator == "verilator":
         # With everything public the optimiser takes over ten minutes.
-        changes = {"MAKEFLAGS": _MAKEFLAGS.format(fast="-O0" if debug else "-O2")}
+        changes = {"MAKEFLAGS": _MAKEFLAGS.format(fast="-O0" if debug else "-O1")}
         arguments = [*_WARNINGS, *(() if debug else _PORTS_ONLY)]
     else:
         changes = {}
         # The file that makes Icarus dump waves is not Verilog-2001.
         arguments = [] if waves else ["-g2005"]
-    stamp = build_dir / _STAMP
-    digest = hashlib.sha256(b"\0".join(source.read_bytes() for source in sources))
-    from cocotb import __version__ as version
-    wanted_build = [simulator, toplevel, parameters, defines, arguments, changes, waves, version, sys.prefix, str(build_dir)]
-    digest.update(json.dumps(wanted_build).encode())
-    wanted = digest.hexdigest()
-    with contextlib.suppress(OSError, ValueError):
-        if json.loads(stamp.read_text())["digest"] == wanted:
+    digest = hashlib.sha256()
+    for file in files:
+        digest.update(hashlib.sha256(file.read_bytes()).digest())
+    digest.update(json.dumps([simulator, toplevel, parameters, defines, arguments, changes, waves, _versions(simulator)]).encode())
+    key = f"{simulator}-{digest.hexdigest()}"
+    model = _model(simulator, toplevel, build_dir)
+    with store.making(key):
+        if store.fetch(key, model):
             return 0.0
-
-    build_dir.mkdir(parents=True, exist_ok=True)
-    stamp.unlink(missing_ok=True)
-    log_file = build_dir / "build.log"
-    start = time.perf_counter()
-    with _environment(simulator, **changes):
-        try:
-            _runner(simulator).build(
-                sources=sources, hdl_toplevel=toplevel, parameters=parameters, defines=defines, build_args=arguments,
-                build_dir=build_dir, timescale=("1ns", "1ps"), waves=waves, always=True, log_file=log_file)
-        except RuntimeError as error:
-            raise SimulationError(f"{simulator} did not build {toplevel}{_tail(log_file)}") from error
-    seconds = time.perf_counter() - start
-    stamp.write_text(json.dumps({"digest": wanted, "seconds": seconds}))
-    return seconds
+        start = time.perf_counter()
+        # Elsewhere than in `build_dir`: `make` cannot work below a folder with a space or a sign of its own in its name, and objects
+        # and precompiled headers, 200 MB, are not left behind.
+        with tempfile.TemporaryDirectory(prefix="build-") as folder:
+            log_file = Path(folder) / "build.log"
+            if simulator == "verilator":
+                (Path(folder) / "objects.sh").write_text(_OBJECTS)
+                versions = hashlib.sha256(_versions(simulator).encode()).hexdigest()
+                changes |= {"OBJCACHE": "sh ./objects.sh", "OBJECTS": f"{store.folder.resolve()}/{versions[:16]}-"}
+            with _environment(simulator, **changes):
+                try:
+                    _runner(simulator).build(
+                        sources=files, hdl_toplevel=toplevel, parameters=parameters, defines=defines, build_args=arguments,
+                        build_dir=folder, timescale=("1ns", "1ps"), waves=waves, always=True, log_file=log_file)
+                except RuntimeError as error:
+                    raise SimulationError(f"{simulator} did not build {toplevel}{_tail(log_file)}") from error
+            shutil.move(_model(simulator, toplevel, Path(folder)), model)
+        store.keep(key, model)
+        return time.perf_counter() - start
 
 
 def run(simulator, toplevel, build_dir, test_module, *, plusargs=(), env=None, waves=None, log_file=None):
@@ -260,7 +310,8 @@ def run(simulator, toplevel, build_dir, test_module, *, plusargs=(), env=None, w
         if waves is not None:
             test_args += ["--trace-file", str(Path(waves).resolve())]
     elif waves is not None:
-        plusargs.append(f"+dumpfile_path={Path(waves).resolve()}")
+        # Relative to where the simulator runs: Icarus does not take every sign in a name.
+        plusargs.append(f"+dumpfile_path={os.path.relpath(waves, build_dir)}")
     # The tail of the log is all that is ever looked at: no colours in it.
     with _environment(simulator, NO_COLOR="1", **{name: str(value) for name, value in (env or {}).items()}):
         try:

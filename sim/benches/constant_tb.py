@@ -1,0 +1,12 @@
+"""The cocotb half of a test of builds: the output ``a`` is what the environment says."""
+
+import os
+
+import cocotb
+from cocotb.triggers import Timer
+
+
+@cocotb.test()
+async def constant(dut):
+    await Timer(1, "ns")
+    assert dut.a.value == int(os.environ["A"])
