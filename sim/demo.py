@@ -22,7 +22,7 @@ from golden.pictures.sheet import write_judged
 
 from .kit.harness import Result, mismatches
 from .kit.simulators import SIMULATORS, SimulationError, require
-from .run import output_folder, simulate_shown, work_folder
+from .run import output_folder, simulate_shown
 
 
 __all__ = ["LABELS_MULTIPLE", "REDUCTIONS", "TITLES", "configurations", "main"]
@@ -96,12 +96,11 @@ def _main(argv: Sequence[str] | None) -> int:
     folder = output_folder(options.output)
 
     start = time.perf_counter()
-    with work_folder(folder) as work:
-        try:
-            result = simulate_shown(config, pair.left, pair.right, options.simulator, work)
-        except SimulationError as error:
-            print(f"sim.demo: {error}", file=sys.stderr)
-            return 1
+    try:
+        result = simulate_shown(config, pair.left, pair.right, options.simulator, folder / "simulation")
+    except SimulationError as error:
+        print(f"sim.demo: {error}", file=sys.stderr)
+        return 1
     wrong = mismatches(result, 0, pair.left, pair.right, config)
     results = {"thesis": disparities(pair.left, pair.right, thesis), "fused": in_pixels(result.fields[0]["disparity"], config)}
     height, width = pair.left.shape

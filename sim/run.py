@@ -4,14 +4,11 @@ Pictures become text pictures, the simulator reads them and writes another, and 
 the golden model's in every pixel.
 """
 
-import contextlib
 import json
-import re
 import shutil
 import sys
-import tempfile
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -32,7 +29,7 @@ from .kit.harness import Result, mismatches, simulate
 from .kit.simulators import SIMULATORS, SimulationError, require
 
 
-__all__ = ["main", "output_folder", "simulate_shown", "work_folder"]
+__all__ = ["main", "output_folder", "simulate_shown"]
 
 
 def _parser() -> Parser:
@@ -76,19 +73,6 @@ def _pictures(options) -> tuple[NDArray[np.uint8], NDArray[np.uint8], int, Stere
         return *read_pair(*options.pictures), options.disparities, None
     pair = motorcycle()
     return pair.left, pair.right, pair.disparities if options.disparities is None else options.disparities, pair
-
-
-@contextlib.contextmanager
-def work_folder(folder: Path) -> Iterator[Path]:
-    """Where to build and simulate: a folder in ``folder``, so that the next run of the same size need not compile.
-
-    ``make`` fails below a folder whose name has a space or a character that it interprets: then it is a temporary one.
-    """
-    if re.fullmatch(r"[\w./+,@-]+", str(folder.resolve())):
-        yield folder / "simulation"
-    else:
-        with tempfile.TemporaryDirectory() as work:
-            yield Path(work)
 
 
 def _write(folder: Path, left, right, result: Result, config: MatcherConfig, report: dict) -> None:
@@ -153,15 +137,14 @@ def _main(argv: Sequence[str] | None) -> int:
     folder = output_folder(options.output)
 
     start = time.perf_counter()
-    with work_folder(folder) as work:
-        try:
-            result = simulate_shown(config, left, right, options.simulator, work, options.waves)
-        except SimulationError as error:
-            print(f"sim.run: {error}", file=sys.stderr)
-            return 1
-        waves = None
-        if result.waves is not None:
-            waves = Path(shutil.move(result.waves, folder / result.waves.name))
+    try:
+        result = simulate_shown(config, left, right, options.simulator, folder / "simulation", options.waves)
+    except SimulationError as error:
+        print(f"sim.run: {error}", file=sys.stderr)
+        return 1
+    waves = None
+    if result.waves is not None:
+        waves = Path(shutil.move(result.waves, folder / result.waves.name))
     wrong = mismatches(result, 0, left, right, config)
     frame = result.frames[0]
     report = {

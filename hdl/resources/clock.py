@@ -11,11 +11,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from amaranth.back import rtlil
-
 from golden.errors import UserError
 
-from ..emit import ZERO_INIT
+from ..emit import ZERO_INIT, rtlil_text
 from ..netlist import Netlist, read_netlist, set_attribute
 from ..yosys import Tool, run_yosys
 from .floorplan import floor_plan, selection_plan
@@ -175,7 +173,7 @@ def place_and_route(component: Any, report: Callable[[str], None] = lambda step:
     top = "matcher"
     with tempfile.TemporaryDirectory(prefix="clock-") as temporary:
         folder = Path(temporary)
-        (folder / "design.il").write_text(without_collisions(ZERO_INIT.sub("", rtlil.convert(component, name=top, emit_src=False))))
+        (folder / "design.il").write_text(without_collisions(ZERO_INIT.sub("", rtlil_text(component, name=top))))
         types, soft = _synthesise(folder, top, report)
         _plan(folder / "design.json", top)
         report("place and route")

@@ -7,8 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from amaranth.back import rtlil
-
+from ..emit import rtlil_text
 from ..netlist import Netlist, read_netlist
 from ..yosys import Tool, run_yosys
 
@@ -98,7 +97,7 @@ def marked_rtlil(component: Any, name: str) -> str:
     """RTLIL of ``component`` in which every cell, process and memory is marked with the name of its module, which is its path."""
     lines: list[str] = []
     module = name
-    for line in rtlil.convert(component, name=name, emit_src=False).splitlines():
+    for line in rtlil_text(component, name=name).splitlines():
         if line.startswith("module \\"):
             module = line.removeprefix("module \\").strip()
         elif line.startswith(("  cell ", "  process ", "  memory ")):

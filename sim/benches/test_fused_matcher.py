@@ -73,7 +73,7 @@ def test_tsukuba(tmp_path):
     pair = middlebury("tsukuba")
     bench = MatcherBench(config(16, 384), tmp_path)
     result = bench.check([pair.left], [pair.right], "verilator")
-    assert result.labels[0].shape == (288, 384)
+    assert result.fields[0]["disparity"].shape == (288, 384)
     bench.check_timing(result.frames)
 
 

@@ -65,13 +65,14 @@ def stand_in(folder, **changes):
 
 @pytest.mark.parametrize("simulator", SIMULATORS)
 def test_good(tmp_path, simulator):
-    """Frames of different sizes in a row, stalls, weights, and the counts: all on one build."""
+    """Frames of different sizes in a row, stalls, weights, and the counts: all on one build, in a folder of any name."""
     verilog = stand_in(tmp_path)
+    work = tmp_path / "a b$'%;"
     lefts, rights = pictures((7, 3), (1, 1), (300, 1), (1, 9)), pictures((7, 3), (1, 1), (300, 1), (1, 9))
     lines = []
-    plain = simulate(CONFIG, lefts, rights, simulator=simulator, work_dir=tmp_path, verilog=verilog, progress=lines.append)
+    plain = simulate(CONFIG, lefts, rights, simulator=simulator, work_dir=work, verilog=verilog, progress=lines.append)
     assert lines[-1] == 3 + 1 + 1 + 9
-    assert [labels.tolist() for labels in plain.labels] == [(left % 16).tolist() for left in lefts]
+    assert [fields["disparity"].tolist() for fields in plain.fields] == [(left % 16).tolist() for left in lefts]
     # A stage costs a clock; without stalls a pixel a clock.
     assert [frame.latency for frame in plain.frames] == [frame.latency_first for frame in plain.frames] == [1, 1, 1, 1]
     assert [frame.in_clocks for frame in plain.frames] == [21, 1, 300, 9]
@@ -79,9 +80,9 @@ def test_good(tmp_path, simulator):
     assert [frame.clocks for frame in plain.frames] == [22, 2, 301, 10]
     assert plain.frames[2].clocks_per_pixel == 1.0
 
-    stalled = simulate(CONFIG, lefts, rights, simulator=simulator, work_dir=tmp_path, verilog=verilog, stall_i=0.5, stall_o=0.5,
+    stalled = simulate(CONFIG, lefts, rights, simulator=simulator, work_dir=work, verilog=verilog, stall_i=0.5, stall_o=0.5,
                        settings={"u1": 3, "u2": 0, "u3": 0})
-    assert [labels.tolist() for labels in stalled.labels] == [((left + 3) % 16).tolist() for left in lefts]
+    assert [fields["disparity"].tolist() for fields in stalled.fields] == [((left + 3) % 16).tolist() for left in lefts]
     assert stalled.build_seconds < 0.5   # used again
     # And the runtime libraries of Verilator are compiled once for all models.
     assert simulator == "icarus" or {"verilated.o", "verilated_vpi.o"} <= {path.name.split("-")[-1] for path in models().folder.glob("*.o")}
