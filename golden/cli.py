@@ -1,4 +1,4 @@
-"""What the command lines share: parser, matcher options, console and progress on stderr."""
+"""Shared by the command lines: parser, options of a matcher and of its method, progress on stderr."""
 
 import argparse
 import contextlib
@@ -19,16 +19,16 @@ __all__ = ["STAGES", "Parser", "add_gateware_options", "add_matcher_options", "a
            "check_disparities", "gateware_config", "matcher_config", "method_config", "progress"]
 
 
-# Options of the refinement that can be switched each by itself, and what they switch.
+# Stages of the refinement, each of which has an option, and their descriptions.
 STAGES = Refinement.SWITCHES
 
 WEIGHTS = {"u1": "left", "u2": "upper", "u3": "lower"}  # and the neighbour of each
 
 
 class Parser(argparse.ArgumentParser):
-    """A parser whose complaints are :class:`UserError`, so that bad arguments end like any other bad input.
+    """A parser that raises :class:`UserError`, so that bad arguments end as all bad input does.
 
-    Options are not abbreviated: a script that says ``--disp`` must not change its meaning when an option is added.
+    Options cannot be abbreviated: a script with ``--disp`` would change its meaning when an option is added.
     """
     def __init__(self, *args: Any, **kwargs: Any) -> None:
         kwargs.setdefault("allow_abbrev", False)
@@ -40,9 +40,18 @@ class Parser(argparse.ArgumentParser):
 
 def add_matcher_options(parser: argparse.ArgumentParser, default: Arithmetic | None = Arithmetic.THESIS,
                         otherwise: str = "all three", fused: bool = False) -> None:
-    """Add ``--arithmetic --fraction-bits --u1 --u2 --u3``; with ``default`` ``None`` no arithmetic means ``otherwise``.
+    """Add ``--arithmetic --fraction-bits --u1 --u2 --u3``.
 
-    Numbers that are not given are ``None``: their default depends on the cost. ``fused`` says that ``--cost fused`` is an option too.
+    An option that is not given is ``None``: its default depends on the method.
+
+    Parameters
+    ----------
+    default : Arithmetic or None
+        Default of ``--arithmetic``.
+    otherwise : str
+        Its description in the help, if ``default`` is ``None``.
+    fused : bool
+        Whether ``--cost fused`` is an option too; the help then names the weights of both methods.
     """
     parser.add_argument("--arithmetic", type=Arithmetic, choices=list(Arithmetic), default=default, metavar="float|thesis|linear",
                         help=f"number formats (default: {default or otherwise})")
@@ -57,7 +66,7 @@ def add_matcher_options(parser: argparse.ArgumentParser, default: Arithmetic | N
 
 def matcher_config(options: argparse.Namespace, disparities: int, arithmetic: Arithmetic | None = None,
                    max_width: int = MatcherConfig.max_width) -> MatcherConfig:
-    """The configuration that the options of :func:`add_matcher_options` ask for; :class:`UserError` if it cannot be.
+    """The configuration that the options of :func:`add_matcher_options` describe; :class:`UserError` if it is impossible.
 
     Examples
     --------
@@ -87,7 +96,7 @@ def _sized(options: argparse.Namespace, disparities: int, max_width: int, method
 
 @contextlib.contextmanager
 def _parameters_are_options() -> Iterator[None]:
-    """Turn the complaint of a configuration into :class:`UserError`: it names a parameter, and the option carries the same name."""
+    """Turn the :class:`ValueError` of a method, which begins with a parameter, into the :class:`UserError` of the option of that name."""
     try:
         yield
     except ValueError as error:
@@ -107,17 +116,17 @@ def add_method_options(parser: argparse.ArgumentParser, cost: str = OnePass.name
     cost : str
         Default of ``--cost``.
     thesis : str
-        What help says of the arithmetic of the cost ``THESIS`` where none is given.
+        The default arithmetic of the thesis's method, as the help describes it.
     """
     parser.add_argument("--cost", choices=list(METHODS), default=cost, metavar="thesis|fused", help=(
-        "matching cost of the thesis; or fused with a census, summed over a support and refined after the rule (default: %(default)s)"))
+        "the thesis's matching cost; or that fused with a census, summed over a support, with refined disparities (default: %(default)s)"))
     parser.add_argument("--parameters", type=Path, metavar="fused-1|fused-2|fused-3|FILE", help=(
-        "parameters of the fused cost; fused-2 counts the lines above and below too, fused-3 makes the least gateware; or a file of "
-        "golden tune (default: fused-1)"))
+        "parameters of the fused cost; fused-2 adds the costs of the lines above and below, fused-3 needs the fewest resources; or a file "
+        "that golden tune wrote (default: fused-1)"))
     parser.add_argument("--refine", action=argparse.BooleanOptionalAction, help="all stages of the refinement or none (default: all)")
     for name, what in STAGES.items():
-        parser.add_argument(f"--{name}", action=argparse.BooleanOptionalAction, help=f"{what}, whatever --refine says of the others")
-    parser.add_argument("--sub-pixel", action="store_true", help="three fraction bits of disparity")
+        parser.add_argument(f"--{name}", action=argparse.BooleanOptionalAction, help=f"{what}; overrides --refine")
+    parser.add_argument("--sub-pixel", action="store_true", help="disparities with three fraction bits")
     add_matcher_options(parser, default=None, otherwise=f"{thesis}; with --cost fused linear", fused=True)
 
 
@@ -130,12 +139,12 @@ def add_minimum_option(parser: argparse.ArgumentParser) -> None:
 
 def method_config(options: argparse.Namespace, disparities: int, arithmetic: Arithmetic = Arithmetic.THESIS,
                   max_width: int = MatcherConfig.max_width) -> MatcherConfig:
-    """The configuration that the options of :func:`add_method_options` ask for; :class:`UserError` if it cannot be.
+    """The configuration that the options of :func:`add_method_options` describe; :class:`UserError` if it is impossible.
 
     Parameters
     ----------
     arithmetic : Arithmetic
-        Of the cost ``THESIS`` where none is given.
+        Default of the thesis's method.
 
     Examples
     --------
@@ -154,7 +163,7 @@ def method_config(options: argparse.Namespace, disparities: int, arithmetic: Ari
         return matcher_config(options, disparities, options.arithmetic or arithmetic, max_width=max_width)
 
     if options.arithmetic not in (None, Arithmetic.LINEAR):
-        raise UserError(f"--arithmetic {options.arithmetic} cannot make the fused cost; choose --arithmetic linear or --cost thesis")
+        raise UserError(f"--arithmetic {options.arithmetic} cannot compute the fused cost; choose --arithmetic linear or --cost thesis")
     if options.fraction_bits is not None:
         raise UserError(f"--fraction-bits {options.fraction_bits} belongs to the cost thesis; leave it out or choose --cost thesis")
     stages = {name: options.refine is not False if getattr(options, name) is None else getattr(options, name) for name in STAGES}
@@ -169,13 +178,13 @@ def method_config(options: argparse.Namespace, disparities: int, arithmetic: Ari
 def add_gateware_options(parser: argparse.ArgumentParser) -> None:
     """Add ``--engine``, ``--minimum`` and the options of :func:`add_method_options`, for :func:`gateware_config`."""
     parser.add_argument("--engine", type=Engine, choices=list(Engine), metavar="streaming|sequential", help=(
-        "one pixel a cycle, linear arithmetic; or as the thesis does, its cost only (default: streaming, unless --arithmetic thesis)"))
+        "a pixel a cycle, in linear arithmetic; or the thesis's, for its cost only (default: streaming, unless --arithmetic thesis)"))
     add_minimum_option(parser)
     add_method_options(parser, thesis="linear, with --engine sequential thesis")
 
 
 def gateware_config(options: argparse.Namespace, disparities: int, max_width: int = MatcherConfig.max_width) -> MatcherConfig:
-    """The configuration that the options of :func:`add_gateware_options` ask for; :class:`UserError` if there is no such gateware.
+    """The configuration that the options of :func:`add_gateware_options` describe; :class:`UserError` if it has no gateware.
 
     Examples
     --------
@@ -204,7 +213,7 @@ def gateware_config(options: argparse.Namespace, disparities: int, max_width: in
 
 
 def progress() -> Progress:
-    """A progress bar on stderr; it leaves nothing behind, and is silent where stderr is not a terminal."""
+    """A progress bar on stderr that is removed at its end; disabled unless stderr is a terminal."""
     console = Console(stderr=True)
     return Progress(TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn(),
                     console=console, transient=True, disable=not console.is_terminal)

@@ -32,8 +32,9 @@ def folder(tmp_path, monkeypatch):
     return tmp_path
 
 
-def expected(**settings):
-    return match(read_picture("left.png"), read_picture("right.pgm"), MatcherConfig(labels=80, method=changed(OnePass(), **settings)))
+def expected(minimum=0, **parameters):
+    config = MatcherConfig(labels=80, minimum=minimum, method=changed(OnePass(), **parameters))
+    return match(read_picture("left.png"), read_picture("right.pgm"), config)
 
 
 @pytest.mark.parametrize("suffix", [".npy", ".png", ".pgm", ".pfm", ".txt"])
@@ -146,8 +147,8 @@ LIMITS = f"must be a whole number from 2 to {MatcherConfig.LABELS[-1]}"
     ([*PAIR, *NUMBER, "--minimum", "-1", *OUTPUT], "--minimum must be a whole number from 0 to 255, not -1"),
     ([*PAIR, *NUMBER, "--minimum", "250", "--output", "new.png"], "new.png holds disparities up to 255, but"),
     ([*PAIR, *NUMBER, "--cost", "census", *OUTPUT], "census"),
-    ([*PAIR, *NUMBER, *FUSED, "--arithmetic", "thesis", *OUTPUT], "--arithmetic thesis cannot make the fused cost; choose"),
-    ([*PAIR, *NUMBER, *FUSED, "--arithmetic", "float", *OUTPUT], "--arithmetic float cannot make the fused cost; choose"),
+    ([*PAIR, *NUMBER, *FUSED, "--arithmetic", "thesis", *OUTPUT], "--arithmetic thesis cannot compute the fused cost; choose"),
+    ([*PAIR, *NUMBER, *FUSED, "--arithmetic", "float", *OUTPUT], "--arithmetic float cannot compute the fused cost; choose"),
     ([*PAIR, *NUMBER, *FUSED, "--fraction-bits", "3", *OUTPUT], "--fraction-bits 3 belongs to the cost thesis; leave it out"),
     ([*PAIR, *NUMBER, *FUSED, "--u2", "64", *OUTPUT], "--u2 must be a whole number from 0 to 63, not 64"),
     ([*PAIR, *NUMBER, *FUSED, "--minimum", "256", *OUTPUT], "--minimum must be a whole number from 0 to 255, not 256"),
@@ -160,7 +161,7 @@ LIMITS = f"must be a whole number from 2 to {MatcherConfig.LABELS[-1]}"
     ([*PAIR, *NUMBER, "--no-median", *OUTPUT], "--no-median belongs to the cost fused"),
     ([*PAIR, *NUMBER, "--sub-pixel", *OUTPUT], "--sub-pixel belongs to the cost fused"),
     ([*PAIR, *NUMBER, "--passed", "p.npy", *OUTPUT], "--passed belongs to the cost fused"),
-    (["--cost", "fused", "--arithmetic", "thesis", *OUTPUT], "--arithmetic thesis cannot make the fused cost"),
+    (["--cost", "fused", "--arithmetic", "thesis", *OUTPUT], "--arithmetic thesis cannot compute the fused cost"),
     ([*PAIR, *NUMBER, "--output", "new.jpg"], "suffix .jpg"),
     ([*PAIR, *NUMBER, "--output", "new"], "suffix (none)"),
     ([*PAIR, *NUMBER, "--output", "folder.npy"], "folder.npy is a folder"),

@@ -260,7 +260,7 @@ BAD = {
     "weight": (["--core", "--u2", "64"], "--u2.*from 0 to 63.*not 64"),
     "negative weight": (["--core", "--u3", "-1"], "--u3.*not -1"),
     "cost fused, sequential": (["--core", "--cost", "fused", "--engine", "sequential"], "--engine sequential has no cost fused; choose"),
-    "cost fused, thesis": (["--board", "cyclone3", "--cost", "fused", "--arithmetic", "thesis"], "thesis cannot make the fused cost"),
+    "cost fused, thesis": (["--board", "cyclone3", "--cost", "fused", "--arithmetic", "thesis"], "thesis cannot compute the fused cost"),
     "minimum": (["--core", "--cost", "fused", "--minimum", "256"], "--minimum.*from 0 to 255, not 256; choose"),
     "minimum of the thesis": (["--core", "--minimum", "3"], "--minimum 3 belongs to the cost fused; choose"),
     "refinement of the thesis": (["--board", "cyclone3", "--refine"], "--refine belongs to the cost fused; choose"),

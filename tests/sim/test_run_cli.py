@@ -78,7 +78,7 @@ def fails(capsys, folder, arguments):
     # The cost fused, and what belongs to it.
     ("left.png right.png --disparities 8 --cost census", "--cost"),
     ("left.png right.png --disparities 8 --cost fused --engine sequential", "--engine sequential has no cost fused; choose"),
-    ("left.png right.png --disparities 8 --cost fused --arithmetic thesis", "--arithmetic thesis cannot make the fused cost; choose"),
+    ("left.png right.png --disparities 8 --cost fused --arithmetic thesis", "--arithmetic thesis cannot compute the fused cost; choose"),
     ("left.png right.png --disparities 8 --cost fused --fraction-bits 2", "--fraction-bits 2 belongs to the cost thesis; leave it out"),
     ("left.png right.png --disparities 8 --cost fused --minimum 256", "--minimum must be a whole number from 0 to 255, not 256; choose"),
     ("left.png right.png --disparities 8 --cost fused --minimum -1", "--minimum must be a whole number from 0 to 255, not -1; choose"),

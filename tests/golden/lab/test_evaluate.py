@@ -122,7 +122,7 @@ def test_fused_rows(quick, capsys, tmp_path, arguments, expected):
 
 
 @pytest.mark.parametrize("arguments, message", [
-    (["--cost", "fused", "--arithmetic", "float"], "--arithmetic float cannot make the fused cost; choose --arithmetic linear"),
+    (["--cost", "fused", "--arithmetic", "float"], "--arithmetic float cannot compute the fused cost; choose --arithmetic linear"),
     (["--cost", "fused", "--u3", "64"], "--u3 must be a whole number from 0 to 63, not 64"),
     (["--no-refine"], "--no-refine belongs to the cost fused"),
     (["--threshold", "-1"], "--threshold must be a number of pixels from 0, not -1"),

@@ -65,7 +65,7 @@ def test_command(capsys, tmp_path, monkeypatch, suffix, start):
 @pytest.mark.parametrize("arguments, message", [
     (["--output", "a.jpg"], "a.jpg has the suffix .jpg"),
     (["--cost", "thesis"], "--cost thesis has no confidence; choose --cost fused"),
-    (["--arithmetic", "thesis"], "--arithmetic thesis cannot make the fused cost"),
+    (["--arithmetic", "thesis"], "--arithmetic thesis cannot compute the fused cost"),
     (["--data", "none"], "the data folder none does not exist"),
     (["surplus"], "unrecognized arguments: surplus"),
 ])
