@@ -1,4 +1,4 @@
-"""Which boards there are, and what a board is: a folder ``boards/NAME/`` whose module ``board`` exports one :class:`Board` as ``BOARD``."""
+"""Finds boards by name. A board is a folder ``boards/NAME/`` whose module ``board`` exports one :class:`Board` as ``BOARD``."""
 
 import importlib
 import pkgutil
@@ -57,7 +57,7 @@ class Project:
 
 @dataclass(frozen=True)
 class Board:
-    """All that ``python -m hdl.build --board NAME`` needs of a board.
+    """A board, as ``python -m hdl.build --board NAME`` uses it.
 
     Parameters
     ----------
@@ -76,7 +76,7 @@ class Board:
     system : callable
         Makes the component that is on the board.
     about : mapping
-        What the manifest tells of this board beyond what it tells of each.
+        Entries of the manifest that only this board has.
     """
     name: str
     device: Device

@@ -70,7 +70,7 @@ def manifest_of(name, matcher, ports, height, arguments):
 
 
 class _Build(NamedTuple):
-    """A design to be written: ``about`` is what the manifest tells of it beyond the matcher's parameters."""
+    """A design to be written: ``about`` has the entries of the manifest beyond the matcher's parameters."""
     top: str
     matcher: Matcher
     files: dict[str, str]
@@ -129,7 +129,7 @@ def _run(argv: Sequence[str] | None) -> int:
     board = None if options.board is None else find_board(options.board)
     config = design_config(options)
     if options.core and options.display is not None:
-        raise UserError("--display is the format of the board's monitor, and --core has none; choose --board, or leave --display out")
+        raise UserError("--display is the format of the board's monitor, and --core has no monitor; choose --board, or leave --display out")
     if board and options.frame_timing:
         raise UserError("--frame-timing is for the bare matcher, and --board has cameras; choose --core, or leave --frame-timing out")
     if board and (options.width, options.height) != (PAL.width, PAL.height):

@@ -93,10 +93,10 @@ def read_netlist(path: Path) -> dict[str, Netlist]:
     """The modules that Yosys's ``write_json`` wrote to ``path``, by name."""
     return {
         name: Netlist(
-            ports={port: Port(told["direction"], told["bits"]) for port, told in module["ports"].items()},
-            cells={cell: Cell(told["type"], told["connections"], told.get("port_directions", {}), told["parameters"], told["attributes"])
-                   for cell, told in module["cells"].items()},
-            nets={net: told["bits"] for net, told in module["netnames"].items()})
+            ports={port: Port(entry["direction"], entry["bits"]) for port, entry in module["ports"].items()},
+            cells={cell: Cell(entry["type"], entry["connections"], entry.get("port_directions", {}), entry["parameters"],
+                              entry["attributes"]) for cell, entry in module["cells"].items()},
+            nets={net: entry["bits"] for net, entry in module["netnames"].items()})
         for name, module in json.loads(path.read_text())["modules"].items()}
 
 
@@ -110,7 +110,7 @@ def set_attribute(path: Path, module: str, attribute: str, values: Mapping[str, 
 
 @dataclass(frozen=True)
 class BlackBox:
-    """What :func:`clock_sources` must know of a kind of cell that has no module.
+    """Description of a kind of cell that has no module, for :func:`clock_sources`.
 
     ``repeats`` maps an output to the input that it repeats, bit by bit; ``generates`` names the outputs that are clocks, ``clocked`` the
     inputs whose lowest bit must be a clock.
@@ -138,7 +138,7 @@ def clock_sources(modules: Mapping[str, Netlist], top: str, boxes: Mapping[str, 
     top : str
         Name of its top-level module.
     boxes : mapping
-        Kind of cell to what is known of it.
+        Kind of cell to its description.
 
     Returns
     -------

@@ -43,12 +43,12 @@ def run_yosys(tool: Tool, script: str, folder: Path, report: Callable[[str], Non
     folder : Path
         Working folder, for the files that the commands read and write, and for the log.
     report : callable
-        Is given the name of each step as it begins, by :attr:`Tool.PYOSYS` only.
+        Called with the name of each step as it begins, by :attr:`Tool.PYOSYS` only.
 
     Raises
     ------
     RuntimeError
-        If a command fails; with the end of what Yosys wrote.
+        If a command fails; the message ends with Yosys's output.
     """
     log = folder / "yosys.log"
     log.unlink(missing_ok=True)
@@ -60,5 +60,5 @@ def run_yosys(tool: Tool, script: str, folder: Path, report: Callable[[str], Non
         for line in run.stdout:
             report(line.strip())
     if run.returncode:
-        told = "".join(path.read_text() for path in (log, errors) if path.exists())
-        raise RuntimeError(f"Yosys failed: {told.strip()[-2000:]}")
+        output = "".join(path.read_text() for path in (log, errors) if path.exists())
+        raise RuntimeError(f"Yosys failed: {output.strip()[-2000:]}")

@@ -22,7 +22,7 @@ DEVICE = "EP3C120F780C7"
 
 OSCILLATOR_HZ = 50_000_000
 
-#: Clock of the memory controller's local interface, half of the memory's own. The device allows 83 MHz.
+#: Clock of the memory controller's local interface, half of the memory's clock. The device allows 83 MHz.
 MEMORY_CLOCK_MHZ = 75
 
 with resources.files(__package__).joinpath("pins.csv").open(encoding="utf-8") as _file:

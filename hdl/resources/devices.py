@@ -1,4 +1,4 @@
-"""The devices of the family that :mod:`hdl.resources.mapping` maps to, Cyclone III, and what they hold."""
+"""Devices of the family that :mod:`hdl.resources.mapping` maps to, Cyclone III, and their capacities."""
 
 from dataclasses import dataclass
 
@@ -19,5 +19,5 @@ class Device:
 DEVICES = {device.name: device for device in (
     Device("EP3C120F780C7", Resources(logic_elements=119_088, memory_bits=3_981_312, m9k=432, multipliers_9x9=576)),
 )}
-#: The thesis's.
+#: The device of the thesis.
 DEFAULT_DEVICE = "EP3C120F780C7"

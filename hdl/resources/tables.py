@@ -91,7 +91,7 @@ def _read_clock(path: Path) -> dict:  # type: ignore[type-arg]
         clock = json.loads(path.read_text())
         return {key: clock[key] for key in ("engine", "width", "height", "disparities", "clock_mhz")}
     except (OSError, ValueError, KeyError, TypeError) as error:
-        raise UserError(f"{path} is not what `python -m hdl.resources --clock --json {path}` writes ({error}); write it so") from error
+        raise UserError(f"{path} is not what `python -m hdl.resources --clock --json {path}` writes ({error}); run that command") from error
 
 
 def _run(argv: Sequence[str] | None) -> int:

@@ -14,7 +14,7 @@ def test_sound(display):
     assert check_project(board_project(display)) == []
 
 
-# What is changed: file, pattern, replacement; and all that is said of it.
+# File, pattern, replacement, and the problems that the check must report.
 VIOLATIONS = {
     "bit without a pin": ("qsf", r"set_location_assignment PIN_\w+ -to dvi_0__red__io\[3\]\n", "", [r"dvi_0__red__io\[3\] has no pin"]),
     "bit without a standard": ("qsf", r'set_instance_assignment -name IO_STANDARD "2.5 V" -to camera_1__data__io\[0\]\n', "",

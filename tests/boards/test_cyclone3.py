@@ -25,7 +25,7 @@ def balls(name, number=0, part=None):
 
 
 def test_no_two_resources_share_a_pin_and_no_pin_is_idle():
-    """Amaranth refuses a pin that is taken. What the table has beyond the resources would be a slip."""
+    """Amaranth refuses a pin that is used twice. A row of the table that no resource uses would be a mistake."""
     platform = Cyclone3Platform()
     used = [ball for name, number in RESOURCES for ball, _ in pins_of(platform.request(name, number, dir="-"))]
     assert sorted(used) == sorted(BALLS)
@@ -47,7 +47,7 @@ def test_device():
     (("ddr2", 0, "clk"), ["AE14"]), (("ddr2", 0, "dqs"), ["AE18", "AF17", "AF11", "AE10"]),
 ])
 def test_balls_from_the_manual(resource):
-    """Typed from the reference manual's tables and the kit's pin assignments, apart from the table that the board reads."""
+    """Typed from the reference manual's tables and the kit's pin assignments, independently of the table that the board reads."""
     where, expected = resource
     assert balls(*where) == expected
 
@@ -79,7 +79,7 @@ def test_console_is_apart_from_the_cards():
 
 
 def test_polarity():
-    """LEDs light, and buttons close, to ground."""
+    """LEDs and buttons are active low."""
     platform = Cyclone3Platform()
     for name, number in RESOURCES:
         port = platform.request(name, number, dir="-")
@@ -98,7 +98,7 @@ class Blinky(Elaboratable):
 
 
 def test_any_design_builds_on_it(monkeypatch):
-    """As boards of amaranth-boards do: default clock and reset, Quartus's files."""
+    """As on the boards of amaranth-boards: default clock and reset, Quartus's files."""
     monkeypatch.setitem(os.environ, "AMARANTH_USE_YOSYS", "builtin")
     files = Cyclone3Platform().prepare(Blinky(), "blinky", add_settings="# mine").files
     settings = files["blinky.qsf"].splitlines()

@@ -49,7 +49,7 @@ def test_settings(files):
 
 
 def test_registers_in_the_pins(files):
-    """What would be an attribute of Amaranth's is a setting here: the emitted text has no attributes."""
+    """The emitted text has no attributes: Amaranth's attributes are settings."""
     settings = files["stereo.qsf"]
     assert set(of_port(settings, "FAST_INPUT_REGISTER")) == {f"camera_{n}__data__io[{bit}]" for n in (0, 1) for bit in range(8)}
     assert set(of_port(settings, "FAST_OUTPUT_REGISTER")) == {
@@ -60,7 +60,7 @@ def test_registers_in_the_pins(files):
 
 
 def test_memory_pins(files):
-    """As Altera's generated script for this controller on this board has them."""
+    """As in the script that Altera generates for this controller on this board."""
     settings = files["stereo.qsf"]
     strength, group = of_port(settings, "CURRENT_STRENGTH_NEW"), of_port(settings, "OUTPUT_ENABLE_GROUP")
     names = {port: re.match(r"ddr2_0__(\w+)__io", port)[1] for port in strength}
@@ -77,7 +77,7 @@ def test_clocks(files):
     constraints = files["stereo.sdc"]
     clocks = dict(re.findall(r"(?m)^create_clock -name (\S+) -period (\S+) ", constraints))
     assert clocks == {"clk50_0__io": "20.000", "camera_0__clk__io": "37.037", "camera_1__clk__io": "37.037"}
-    # Clocks first, then what is made of them, then what names those.
+    # Clocks first, then derived clocks, then the constraints that name them.
     commands = [line.split()[0] for line in constraints.splitlines() if line and line[0] not in "# "]
     assert [command for command in dict.fromkeys(commands)][:3] == ["create_clock", "derive_pll_clocks", "derive_clock_uncertainty"]
     groups = re.findall(r"-group \[get_clocks \{([^}]+)\}\]", constraints)
@@ -85,7 +85,7 @@ def test_clocks(files):
 
 
 def test_delays_at_the_pins(files):
-    """Pixels against the clock that goes with them, camera bytes against the falling edge of theirs."""
+    """Pixels relative to the clock sent with them, camera bytes relative to the falling edge of theirs."""
     constraints = files["stereo.sdc"]
     delays = re.findall(r"(?m)^set_(input|output)_delay -clock (\S+) (-clock_fall )?-(max|min) (\S+) (.*)$", constraints)
     camera = [("input", f"camera_{n}__clk__io", "-clock_fall ", *limit, f"[get_ports {{camera_{n}__data__io[*]}}]")
@@ -121,7 +121,7 @@ def test_every_port_is_constrained(files, display):
 
 
 def test_readme(files, display, top):
-    """Names what is there, with the numbers of this build."""
+    """Names the files that exist, with the numbers of this build."""
     text = files["README.md"]
     shown = DISPLAYS[display]
     assert f"{shown.width}x{shown.height} at {round(shown.frames_per_second)} Hz" in text

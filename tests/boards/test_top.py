@@ -40,7 +40,7 @@ def test_pll(display, ratio):
 
 @pytest.mark.parametrize("display", DISPLAYS)
 def test_pll_can_be_set(display):
-    """There is a multiplier and a divider before the oscillator, which runs at 600 to 1300 MHz, and one behind it."""
+    """A multiplier and a divider set the PLL's oscillator, which runs at 600 to 1300 MHz; another divider follows it."""
     ratio = pll_ratio(DISPLAYS[display].pixel_clock_hz)
     settings = [(m, n, c) for n in range(1, 11) for m in range(1, 513) if 600 <= 50 * m / n <= 1300
                 for c in range(1, 513) if Fraction(m, n * c) == ratio]
@@ -48,7 +48,7 @@ def test_pll_can_be_set(display):
 
 
 def test_memory_controller_has_the_ports_of_its_stand_in():
-    """And those are the ones that Altera's generator gave for this board."""
+    """They are those of the module that Altera's generator made for this board."""
     connections = cells()["ddr2"].connections
     assert cells()["ddr2"].kind == "stereo_ddr2"
     ports = stub_ports()["stereo_ddr2"]
@@ -85,7 +85,7 @@ def test_every_block_of_altera_has_a_stand_in():
 
 
 def test_clocks_of_the_blocks_are_checked():
-    """Of all blocks that have a stand-in, but for the one without a clock."""
+    """Those of all blocks that have a stand-in, except the one without a clock."""
     stubs = stub_ports()
     assert set(CLOCKS_OF_BLOCKS) >= set(stubs) - {"altiobuf_out"}
     for kind in set(CLOCKS_OF_BLOCKS) & set(stubs):
@@ -100,7 +100,7 @@ def test_domains():
 
 
 def test_registers_in_the_pins_have_the_clock_of_what_they_carry():
-    """In simulation all clocks that Altera's blocks make are the same."""
+    """Simulation cannot tell: there, all clocks of Altera's blocks are the same."""
     children = cells()
     clock = children["core"].connections["display_clk"]
     assert clock != children["core"].connections["clk"] == children["ddr2"].connections["phy_clk"]

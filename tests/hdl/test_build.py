@@ -27,7 +27,7 @@ SMALL = ["--width", "24", "--height", "10", "--disparities", "6"]
 FEW = ["--disparities", "6"]
 BOARD = ["--board", "cyclone3", "--engine", "sequential", "--display", "1024x768", *FEW]
 
-# The same in a process of its own: with the stand-in for the video system.
+# The command with the stand-in for the video system, for a separate process.
 WITH_STAND_IN = """
 import sys, dataclasses
 from boards.cyclone3 import board
@@ -40,7 +40,7 @@ sys.exit(main(sys.argv[1:]))
 
 @pytest.fixture(scope="module", autouse=True)
 def given():
-    """On the board, the stand-in for the video system; the displays that it was made for."""
+    """Replaces the board's video system by the stand-in; the displays that it was made for."""
     displays = []
 
     def stand_in(config, display, timing):
@@ -55,7 +55,7 @@ def given():
 
 @pytest.fixture(scope="module")
 def folders(tmp_path_factory, given):
-    """A board's build, sequential engine; a core's, streaming engine; the same between frame timing signals."""
+    """Builds of a board with the sequential engine, of a core with the streaming engine, and of that core with frame timing signals."""
     base = tmp_path_factory.mktemp("builds")
     assert main([*BOARD, "--output", str(base / "deep" / "board")]) == 0
     assert given == [DISPLAYS["1024x768"]]
@@ -96,7 +96,7 @@ def test_ports_are_those_of_the_module(folders, folder, top):
 
 
 def test_ways_into_the_core(folders):
-    """A stream, or frame timing signals; the same matcher behind either."""
+    """A stream, or frame timing signals; the matcher is the same."""
     stream, framed = manifest(folders["matcher"]), manifest(folders["framed"])
     assert {"i__payload", "i__valid", "i__ready"} <= set(stream["ports"])
     assert {"frame_valid", "line_valid", "pixel_valid", "left", "right", "reset_n"} <= set(framed["ports"])
@@ -118,7 +118,7 @@ def test_manifest(folders, top, method, clocks):
     matcher = Matcher(MatcherConfig(6, width, engine=told["engine"], method=method))
     Fragment.get(matcher, None)  # Amaranth complains of a component that is not used
     assert told["clocks_per_pixel"] == matcher.clocks_per_pixel == clocks
-    # Short lines take as long as a disparity takes to come back to the line memory.
+    # A short line takes the latency from the line memory to a disparity and back.
     assert told["latency_clocks"] == 2 * max(width, matcher.full_rate_width) * clocks + matcher.latency_clocks
     assert told["full_rate_width"] == matcher.full_rate_width
     assert told["clock_mhz_for_25_frames"] >= round(25 * width * height * clocks / 1e6, 2)
@@ -171,7 +171,7 @@ def test_a_project_that_is_not_sound_is_not_written(tmp_path, monkeypatch):
 
 
 def test_core_of_the_cost_fused(tmp_path):
-    """The manifest tells the method, its settings have ports, and its words have fields."""
+    """The method is in the manifest, its settings have ports, and its words have fields."""
     (tmp_path / "mine.toml").write_text("[fused]\nreach = 3\nu2 = 9\ncensus_rows = 3\ncensus_columns = 3\n")
     assert main(["--core", *SMALL, "--cost", "fused", "--parameters", str(tmp_path / "mine.toml"), "--minimum", "5", "--no-fill",
                  "--sub-pixel", "--u1", "7", "--output", str(tmp_path / "core")]) == 0
@@ -203,7 +203,7 @@ def test_core_of_the_cost_fused(tmp_path):
 
 @pytest.mark.slow
 def test_board_of_the_cost_fused(tmp_path, monkeypatch):
-    """The real system: its project is sound, or it would not be written."""
+    """With the video system itself: a project that is not sound would not be written."""
     monkeypatch.setattr(board, "BOARD", BOARD_AS_IT_IS)
     assert main(["--board", "cyclone3", "--cost", "fused", "--sub-pixel", *FEW, "--output", str(tmp_path)]) == 0
     told = manifest(tmp_path)
@@ -241,7 +241,7 @@ BAD = {
     "board and core": (["--board", "cyclone3", "--core"], "not allowed"),
     "unknown display": (["--board", "cyclone3", "--display", "800x600"], "'800x600'.*720x576, 1024x768$"),
     "display in capitals": (["--board", "cyclone3", "--display", "720X576"], "'720X576'"),
-    "display of the core": (["--core", "--display", "720x576"], "--display.*--core has none; choose --board"),
+    "display of the core": (["--core", "--display", "720x576"], "--display.*--core has no monitor; choose --board"),
     "width on the board": (["--board", "cyclone3", "--width", "640"], "720x576 pixels, not 640x576; leave --width and --height out"),
     "height on the board": (["--board", "cyclone3", "--height", "480"], "720x576 pixels, not 720x480; .*choose --core"),
     "frame timing on the board": (["--board", "cyclone3", "--frame-timing"], "--frame-timing.*--board has cameras; choose --core"),

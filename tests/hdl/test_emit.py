@@ -16,7 +16,7 @@ from hdl.yosys import Tool, run_yosys
 
 
 class Store(wiring.Component):
-    """A memory whose content at the start is given."""
+    """A memory with initial content."""
     def __init__(self, init, *, names=("kept", "kept_too")):
         self.init = init
         self.names = names
@@ -66,7 +66,7 @@ def test_names():
 
 
 def test_no_trace_of_the_source():
-    """Neither files nor attributes nor a tool's banner: the same gateware in another place gives the same bytes."""
+    """No file names, attributes or banners of tools: the same gateware gives the same bytes in every checkout."""
     text = verilog_text(Outer(), name="outer")
     assert not re.search(r"\.py|\(\*|Generated|Yosys|Amaranth|/\*", text)
     assert "always @*" not in text
@@ -122,7 +122,7 @@ def test_ports_follow_the_signature():
 
 
 def test_netlist_is_that_of_the_text(tmp_path):
-    """Ports and instances of the netlist are those that another Yosys reads from the Verilog, but for names that are not plain."""
+    """Ports and instances of the netlist are those that another Yosys reads from the Verilog, except for names that are not plain."""
     pytest.importorskip("pyosys", reason="pyosys, which reads Verilog, is not installed")
     emitted = emit_rtlil(rtlil.convert(Outer(), name="outer", emit_src=False))
     assert emitted.verilog == verilog_text(Outer(), name="outer")

@@ -7,7 +7,7 @@ from sim.kit.formal import prove
 
 
 class Counter(Elaboratable):
-    """Counts to ``top`` and stays; asserts that it never gets to ``limit``."""
+    """Counts to ``top`` and stops there; asserts that the count is never ``limit``."""
     def __init__(self, top, limit):
         self.top, self.limit = top, limit
         self.up = Signal()
@@ -30,7 +30,7 @@ def test_counter(tmp_path, top, limit, holds):
 def test_no_assertion(tmp_path):
     counter = Counter(9, 10)
     with pytest.raises(ValueError, match=r"^Counter asserts nothing"):
-        prove(counter, [], tmp_path)     # it stands still
+        prove(counter, [], tmp_path)     # no input can change it
 
 
 def test_time_out(tmp_path):

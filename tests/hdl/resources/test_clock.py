@@ -1,4 +1,4 @@
-"""What surrounds the placing and routing of the stand-in: names, the worst path, where things are put."""
+"""The steps around placing and routing of the stand-in: names, the worst path, the floor plan."""
 
 import json
 
@@ -36,7 +36,7 @@ def register(q):
 
 @pytest.fixture
 def design(tmp_path):
-    """Answers of two labels of two bits on the way through two registers; the last ones of label 1 are one register."""
+    """Answers of two labels, two bits each, through two registers; the last ones of label 1 are merged."""
     names = {"engine.array.transition_0[0]": [10, 11], "engine.array.transition_1[0]": [20, 21], "engine.array.transition_1[1]": [22, 22],
              "engine.other_transition_9[0]": [40], "engine.transition": [20, 21]}
     cells = {f"ff_{q}": register(q) for q in (10, 11, 20, 21, 22, 40)}

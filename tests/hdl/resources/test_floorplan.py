@@ -7,7 +7,7 @@ from hdl.resources.floorplan import SITES, floor_plan, label_of, selection_plan
 
 
 def names(labels):
-    """Memory blocks as the streaming engine has them, and some of no label."""
+    """Memory blocks like those of the streaming engine, and some that belong to no label."""
     yield from (f"engine.array.wait_{label}.memory.0.0" for label in range(labels))
     yield from (f"engine.costs.edata.memory_{label}.{n}.0" for label in range(0, labels, 4) for n in range(3))
     yield from ("engine.queue.storage.0.0", "line_store.line_memory.0.0")
@@ -26,7 +26,7 @@ def test_plan():
     assert len(plan) == len(set(plan.values())) == 140
     assert set(plan) == {name for name in names(80) if label_of(name) is not None}
     assert set(plan.values()) <= {site for row in SITES.values() for site in row}
-    # Neighbours along the chain are neighbours on the device: in the same row, or one below the other at its end.
+    # Neighbours in the chain are neighbours on the device: in the same row, or one below the other at its end.
     chain = sorted(plan, key=lambda name: (label_of(name), name))
     at = [tuple(map(int, re.match(r"X(\d+)/Y(\d+)", plan[name]).groups())) for name in chain]
     rows = [row for row, _ in itertools.groupby(at, key=lambda place: place[1])]
@@ -37,7 +37,7 @@ def test_plan():
 
 
 def test_crowded():
-    """Few places left: all blocks are planned, those of no label first and together, in the rows where the chain begins."""
+    """Few sites left: all blocks are planned, those without a label first and adjacent, in the rows where the chain begins."""
     others = [f"block_of_none.x{n}" for n in range(24)]
     chain = [f"array.wait_{n}.memory" for n in range(184)]
     plan = floor_plan([*chain, *others])
@@ -50,19 +50,19 @@ def test_crowded():
     assert rows == [82, 70, 46, 22]
     steps = [abs(at[a][0] - at[b][0]) for a, b in itertools.pairwise(chain)]
     assert max(steps) <= 28 and sum(step > 8 for step in steps) <= 1  # once, past the others
-    # With places to spare they find their own.
+    # With enough sites, the placer finds those of the others.
     assert set(floor_plan([*chain[:100], *others])) == set(chain[:100])
 
 
 def test_no_plan():
     assert floor_plan([]) == floor_plan(["engine.queue.storage.0.0"]) == {}
-    assert floor_plan(names(120)) == {}  # more than there are
+    assert floor_plan(names(120)) == {}  # more blocks than sites
     assert len(floor_plan(["a.wait_3.memory"])) == 1
 
 
 @pytest.mark.parametrize("labels", [2, 64, 80, 256])
 def test_selection(labels):
-    """Every register has a place of its own, where there is logic, and those of a bit are close together."""
+    """Every register has a site without another, in a row of logic, and those of a bit are close together."""
     bits = (labels - 1).bit_length()
     plan = selection_plan({f"{label}.{bit}": (label, bit) for label in range(labels) for bit in range(bits)})
     assert len(plan) == len(set(plan.values())) == labels * bits

@@ -25,7 +25,7 @@ DEVICE = DEVICES[DEFAULT_DEVICE]
 
 
 class Circuit(wiring.Component):
-    """``build(component, module)`` between ports of its own."""
+    """A component with the given ports, whose logic ``build(component, module)`` adds."""
     def __init__(self, build, **ports):
         self.build = build
         super().__init__(ports)
@@ -91,7 +91,7 @@ def test_comparator(compare, signed):
 
 
 @pytest.mark.parametrize("function, width, elements", [
-    (lambda a, b: a + b, 9, 9),              # the ninth brings the carry out
+    (lambda a, b: a + b, 9, 9),              # the ninth is the carry output
     (lambda a, b: a - b, 8, 8),              # the inverted operand costs nothing
     (lambda a, b: a + ~b, 8, 8),
     (lambda a, b: ~(a + b), 8, 8),           # nor does an inverted sum
@@ -128,10 +128,10 @@ PLACES = {
 @pytest.mark.parametrize("places, elements", [
     (["chain"], 2),
     (["table"], 2),                # which takes the carry as one of its inputs
-    (["register"], 2),             # an element brings the carry out, and has room for the register
-    (["chain", "table"], 4),       # brought out, because it goes to two places
+    (["register"], 2),             # one element as the carry's output, which includes the register
+    (["chain", "table"], 4),       # an output, because it leads to two elements
     (["table", "table too"], 4),
-    (["another chain and a table with both"], 4),  # a table takes one carry, the other is brought out
+    (["another chain and a table with both"], 4),  # a table has one carry as input, the other needs an output
 ], ids=str)
 def test_carry(places, elements):
     cells = {"begin": cell("C3_ADD", ADD, {"S": 3, "CO": CARRY}), **{place: PLACES[place] for place in places}}
@@ -150,7 +150,7 @@ def test_register_file():
         m.d.comb += c.q.eq(Array(file)[c.at])
     result = counted(build, d=In(16), to=In(2), write=In(1), at=In(2), q=Out(16))
     assert result.total == Resources(logic_elements=4 * 16 + 4 + 2 * 16)
-    # A register that nothing feeds can still share with a table that has none.
+    # A register that no table feeds can share an element with a table that feeds no register.
     assert (result.least, result.most) == (64, 100)
 
 
@@ -189,7 +189,7 @@ def test_one_table_packs_one_register():
 def test_multiplier(a, b, elements):
     result = counted(lambda c, m: m.d.comb.__iadd__(c.y.eq(c.a * c.b)), a=In(a), b=In(b), y=Out(a + b))
     assert result.total.multipliers_9x9 == elements
-    assert (result.total.logic_elements == 0) == (a <= 18)  # parts want adding up
+    assert (result.total.logic_elements == 0) == (a <= 18)  # otherwise partial products are added
 
 
 def test_multiplier_has_registers():
@@ -250,7 +250,7 @@ def test_asynchronous_memory_is_registers():
     assert total.logic_elements > 64 * 8
 
 
-# --- The mapping computes what it was given ---
+# --- The mapping preserves the function ---
 
 @pytest.mark.parametrize("signed", [False, True], ids=["unsigned", "signed"])
 def test_mapping_is_exact(signed):
