@@ -3,7 +3,7 @@
 import json
 import os
 import sys
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -49,8 +49,9 @@ def fields_of(component: Component) -> dict[str, dict[str, tuple[int, int]]]:
     }
 
 
-def manifest_of(name, matcher, ports, height, arguments):
-    """What a machine wants to know of the build."""
+def manifest_of(name: str, matcher: Matcher, ports: Mapping[str, tuple[str, int]], height: int,
+                arguments: Mapping[str, Any]) -> dict[str, Any]:
+    """The manifest: parameters of the matcher, its timing and the ports of the module ``name``; then ``arguments``."""
     config = matcher.config
     clocks = matcher.clocks_per_pixel
     return {
