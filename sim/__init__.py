@@ -1,1 +1,4 @@
-"""Benches on the emitted Verilog, the kit they are made of, and the main job: ``python -m sim.run``."""
+"""Simulation of the emitted Verilog: the commands ``run``, ``demo``, ``evaluate``, ``bench`` and ``system``, on pictures or with the whole
+board. The rooms: ``kit`` drives simulators and checks streams, ``models`` are the chips around the FPGA, ``benches`` the tests.
+May import ``golden``, ``hdl`` and ``boards``.
+"""

@@ -1,0 +1,3 @@
+"""Benches on the emitted Verilog: ``test_*`` build a design for Icarus and Verilator, ``*_tb`` are the cocotb halves that run inside of the
+simulator. May import ``golden``, ``hdl``, ``boards``, ``sim.kit`` and ``sim.models``.
+"""

@@ -1,0 +1,3 @@
+"""Kit of the benches: cases and their expected results, drivers and monitors of streams for Amaranth's simulator and for cocotb, the
+harness for whole pictures, builds of Icarus and Verilator, proofs. May import ``golden`` and ``hdl``, except ``hdl.build``.
+"""
