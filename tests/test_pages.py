@@ -20,7 +20,7 @@ DOCS = ROOT / "docs"
 COMMANDS = {
     "compare.md": "python -m golden compare --output docs/compare.png --page docs/compare.md",
     "registers.md": "python -m golden.host.register_page --output docs/registers.md",
-    "resources.md": "python -m hdl.resources.tables --clock clock.json",
+    "resources.md": "python -m hdl.resources.tables --clock docs/clock.json",
     "thesis.md": "python -m golden thesis",
     "thesis.html": "python -m golden thesis",
 }

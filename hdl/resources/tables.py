@@ -106,7 +106,7 @@ def _run(argv: Sequence[str] | None) -> int:
     with progress() as bar:
         counts, small = _counts(bar)
     resources, rate = _table_2(counts), _table_3(clocks)
-    command = "python -m hdl.resources.tables" + "".join(f" --clock {path.name}" for path in options.clock)
+    command = "python -m hdl.resources.tables" + "".join(f" --clock {path.as_posix()}" for path in options.clock)
     text = [
         "# Tables 2 and 3 of the thesis, and ours", "",
         origin(command, inputs([*resources, *rate], small)), "",
@@ -115,8 +115,8 @@ def _run(argv: Sequence[str] | None) -> int:
         "## Table 2: resources", "", *resources, "",
         "## Table 3: rate", "",
         "Our rows are at the clock rate that nextpnr reaches on an ECP5-85F, speed 6, for the whole matcher: a stand-in, because no open",
-        "tool routes a Cyclone III; `python -m hdl.resources --clock --json FILE` measures it in half an hour. Blanking between lines and",
-        "frames is included.", "", *rate, "",
+        "tool routes a Cyclone III. `python -m hdl.resources --clock --json FILE` measures it in half an hour; docs/clock.json keeps the",
+        "result. Blanking between lines and frames is included.", "", *rate, "",
     ]
     with atomic(options.output) as file:
         file.write("\n".join(text).encode())

@@ -14,8 +14,8 @@ from .page import Table
 __all__ = ["KEPT", "find_resources", "read_resources"]
 
 
-#: The page of the repository. Its clock rate is half an hour of place and route, its counts are a quarter of an hour.
-KEPT = Path("docs/resources.md")
+#: The page of the repository, a quarter of an hour of counting; and its clock rate, half an hour of place and route.
+KEPT, CLOCK = Path("docs/resources.md"), Path("docs/clock.json")
 
 COMMAND = "python -m hdl.resources.tables"
 REMEDY = "name a page of that command with --resources, or leave tables 2 and 3 out with --quick"
@@ -60,7 +60,9 @@ def find_resources(cache: Path, quick: bool) -> dict[int, Table] | None:
         if quick:
             return None
         check_output(page, (".md",), "--cache")
-        done = subprocess.run([sys.executable, "-m", COMMAND.split()[-1], "--output", str(page)], stdout=subprocess.DEVNULL, check=False)
+        clock = ["--clock", str(CLOCK)] if CLOCK.exists() else []
+        done = subprocess.run([sys.executable, "-m", COMMAND.split()[-1], "--output", str(page), *clock], stdout=subprocess.DEVNULL,
+                              check=False)
         if done.returncode:
             raise UserError(f"{COMMAND} ended with status {done.returncode}; {REMEDY}")
     return read_resources(page)

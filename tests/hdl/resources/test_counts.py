@@ -363,12 +363,15 @@ def test_counts(name):
 
 
 def test_page_is_of_these_counts():
-    """The digest in docs/resources.md is that of its tables and of the counts above; else its command must write it again."""
-    page = pathlib.Path(__file__).parents[3] / "docs" / "resources.md"
-    text = page.read_text(encoding="utf-8")
+    """docs/resources.md has the digest of its tables and of the counts above, and the rate of the kept clock; else run its command."""
+    docs = pathlib.Path(__file__).parents[3] / "docs"
+    text = (docs / "resources.md").read_text(encoding="utf-8")
     command, found = read_origin(text)
+    lines = [line for line in text.splitlines() if line.startswith("|")]
     small = [Resources(*map(sum, zip(*COUNTS[name].values()))) for name in ("sequential thesis", "streaming linear")]
-    assert found == tables.inputs([line for line in text.splitlines() if line.startswith("|")], small), f"run {command}"
+    assert found == tables.inputs(lines, small), f"run {command}"
+    rate = tables._table_3([tables._read_clock(docs / "clock.json")])
+    assert lines[-len(rate):] == rate, f"run {command}"
     for engine, name in zip(Engine, ("sequential thesis", "streaming linear")):
         assert tables._config(engine, *tables.SMALL) == CONFIGS[name]
 

@@ -70,8 +70,10 @@ def test_resources_are_counted_once(counted, tmp_path, monkeypatch):
     assert find_resources(cache, quick=False) == find_resources(cache, quick=True) == first and len(counted) == 1
     # Other gateware is counted anew.
     monkeypatch.setattr(resources, "source_digest", lambda files: "f" * 64)
+    (tmp_path / "docs").mkdir()
+    (tmp_path / "docs" / "clock.json").touch()
     find_resources(cache, quick=False)
-    assert len(counted) == 2
+    assert len(counted) == 2 and "--clock" not in counted[0] and counted[1][-2:] == ["--clock", "docs/clock.json"]
 
 
 def test_the_kept_page_is_read(counted, tmp_path):
