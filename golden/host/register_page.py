@@ -32,10 +32,10 @@ __all__ = ["main", "page"]
 
 _STATUS_TEXT = {
     Status.OK: "done",
-    Status.BAD_SUM: "the request's bytes do not add up to 0: nothing was done, send it again",
+    Status.BAD_SUM: "the request's bytes do not add up to 0: it had no effect, repeat it",
     Status.UNKNOWN_ADDRESS: "no register has this address",
     Status.READ_ONLY: "the register cannot be written",
-    Status.OUT_OF_RANGE: "the value is not within the register's limits: nothing has changed",
+    Status.OUT_OF_RANGE: "the value is not within the register's limits: the register is unchanged",
     Status.UNKNOWN_OPERATION: "neither a read nor a write",
 }
 
@@ -49,15 +49,16 @@ def _protocol() -> list[str]:
     example = Request(Operation.WRITE, 0x10, 15)
     return [
         _paragraph(
-            f"RS-232, {BAUD} baud, eight data bits, no parity, one stop bit. The host asks and the chip answers, {FRAME_BYTES} bytes each.",
-            "One request at a time: the next one is sent when the reply has come."),
+            f"RS-232, {BAUD} baud, eight data bits, no parity, one stop bit.",
+            f"The host sends a request and the chip a reply, of {FRAME_BYTES} bytes each.",
+            "One request at a time: the next one is sent after the reply."),
         "",
         "| byte | request | reply |",
         "|---|---|---|",
         f"| 0 | sync, `0x{REQUEST_SYNC:02X}` | sync, `0x{REPLY_SYNC:02X}` |",
         f"| 1 | operation: `0x{Operation.READ:02X}` read, `0x{Operation.WRITE:02X}` write | status, see below |",
         "| 2 | address | address, as it was received |",
-        "| 3 | value, upper byte; not looked at in a read | value, upper byte; 0 unless the status is 0 |",
+        "| 3 | value, upper byte; ignored in a read | value, upper byte; 0 unless the status is 0 |",
         "| 4 | value, lower byte | value, lower byte |",
         "| 5 | sum: makes all six bytes add up to 0 modulo 256 | sum, likewise |",
         "",
@@ -65,37 +66,38 @@ def _protocol() -> list[str]:
         "|---|---|",
         *(f"| {status.value} | {text} |" for status, text in _STATUS_TEXT.items()),
         "",
-        "The value of a reply is what a read found, in one moment, or what a write left there.",
+        "The value of a reply is the value read, all bits of the same moment, or the value that a write stored.",
         "",
         _paragraph(
             f"For example, `{encode_request(example).hex(' ')}` writes {example.value} to address `0x{example.address:02X}`, and",
-            f"`{encode_reply(Reply(Status.OK, example.address, example.value)).hex(' ')}` says that it is done."),
+            f"`{encode_reply(Reply(Status.OK, example.address, example.value)).hex(' ')}` confirms it."),
         "",
         "### Noise",
         "",
         _paragraph(
-            "The sum finds every fault within one byte.",
-            "What faults in several bytes may do to an address or a value shows in the reply: the host compares."),
+            "The sum detects every error within one byte.",
+            "Errors in several bytes that change the address or the value are detected by the host,",
+            "which compares the reply with its request."),
         "",
         _paragraph(
-            "Bytes before a sync byte are passed over. A request whose next byte does not come within",
-            f"{1000 * FRAME_SECONDS:g} ms is dropped, and so is one that holds a byte without its stop bit.",
-            "Each such event, each byte passed over, and each bad sum is counted in `uart_errors`.",
-            f"Whatever noise there was, a request sent after {1000 * QUIET_SECONDS:g} ms of silence is answered:",
-            "the time-out, and a reply to noise that may be under way."),
+            "Bytes before a sync byte are skipped. A request whose next byte is not received within",
+            f"{1000 * FRAME_SECONDS:g} ms is dropped, and so is one with a byte without a stop bit.",
+            "Each such event, each skipped byte and each bad sum is counted in `uart_errors`.",
+            f"After any noise, a request sent after a pause of {1000 * QUIET_SECONDS:g} ms has a reply:",
+            "the pause covers the time-out, and a reply to noise."),
         "",
-        "A host that got no answer, or status 1, is silent for that long and asks again; a write may be repeated.",
+        "After no reply, or status 1, a host pauses for that long and repeats the request; a write may be repeated.",
     ]
 
 
 _SECTIONS = {
-    Kind.CONSTANT: ("Constants", "Read-only; of the build that the page is for: a matcher of the default size with the method `fused`."),
+    Kind.CONSTANT: ("Constants", "Read-only; here those of a matcher of the default size with the method `fused`."),
     Kind.SETTING: ("Settings", "Read and written; a new value takes effect at a frame's start. " + " ".join(
         f"A matcher with the method `{name}` has {', '.join(f'`{setting}`' for setting in MatcherConfig(method=method()).settings)}."
         for name, method in METHODS.items())),
     Kind.ACTION: ("Actions", "Write 1; they read as 0."),
-    Kind.STATUS: ("Status", "Read-only; how things are now."),
-    Kind.COUNTER: ("Counters", f"Read-only; since reset or the last `clear_counters`. They stay at {COUNT_MAX}."),
+    Kind.STATUS: ("Status", "Read-only; the present state."),
+    Kind.COUNTER: ("Counters", f"Read-only; since reset or the last `clear_counters`. They hold their greatest value, {COUNT_MAX}."),
 }
 
 

@@ -1,4 +1,4 @@
-"""The register map of the system, as data, and what the chip answers to a request; docs/registers.md is its page."""
+"""The register map of the system as data, and the chip's reply to a request; docs/registers.md is its page."""
 
 import enum
 from collections.abc import Iterator, Mapping
@@ -12,21 +12,21 @@ from .protocol import Operation, Reply, Status, decode_request
 __all__ = ["COUNT_MAX", "IDENTITY", "SETUPS", "VERSION", "Kind", "Register", "RegisterMap", "answer", "register_map"]
 
 
-#: What ``identity`` reads as: "SG" in ASCII.
+#: Value of ``identity``: "SG" in ASCII.
 IDENTITY = int.from_bytes(b"SG", "big")
 
-#: Of this map: one more whenever a register comes, goes or changes its meaning.
+#: Version of this map: incremented whenever a register is added, removed or changes its meaning.
 VERSION = 3
 
-#: Counters stay at their greatest value.
+#: Counters hold their greatest value.
 COUNT_MAX = 2**16 - 1
 
 
 class Kind(enum.StrEnum):
-    """What a register is for.
+    """Kind of a register.
 
-    ``CONSTANT``: fixed when the gateware was built. ``SETTING``: set by the host. ``ACTION``: writing 1 does something once; reads as
-    0. ``STATUS``: how things are now. ``COUNTER``: events, or a greatest value, since reset or the last ``clear_counters``.
+    ``CONSTANT``: fixed when the gateware was built. ``SETTING``: written by the host. ``ACTION``: writing 1 triggers something once; reads
+    as 0. ``STATUS``: present state. ``COUNTER``: events, or a greatest value, since reset or the last ``clear_counters``.
     """
     CONSTANT = "constant"
     SETTING = "setting"
@@ -46,9 +46,9 @@ class Register:
     address : int
         8 bits.
     kind : Kind
-        What it is for; :attr:`access` follows.
+        Determines :attr:`access`.
     maximum : int
-        Greatest value; :attr:`width` follows.
+        Greatest value; determines :attr:`width`.
     description : str
         One line.
     minimum : int
@@ -56,7 +56,7 @@ class Register:
     reset : int
         Value after reset; of a constant, its value.
     unit : str
-        What its values are multiples of.
+        Unit of the values.
     words : mapping
         Names of values.
     """
@@ -96,19 +96,19 @@ class Register:
         """``read-only``, ``read-write`` or ``write 1``."""
         return {Kind.SETTING: "read-write", Kind.ACTION: "write 1"}.get(self.kind, "read-only")
 
-    #: Names of values that take more characters than this are told in a list of their own.
+    #: Names of values that take more characters than this are in a separate list on the page.
     NAMES_MAX = 60
 
     @property
     def limits(self) -> str:
-        """The values there may be, with their names if these are short."""
+        """The valid values, with their names if these are short."""
         named = ", ".join(f"{value} {word}" for value, word in self.words.items())
         if named and len(named) <= self.NAMES_MAX:
             return named
         return f"{self.minimum} .. {self.maximum}" if self.minimum < self.maximum else f"{self.maximum}"
 
     def text(self, value: int) -> str:
-        """A value as a person reads it: its name, or its number and unit."""
+        """A value for a reader: its name, or its number and unit."""
         if value in self.words:
             return self.words[value]
         return f"{value} {self.unit}".rstrip()
@@ -116,7 +116,7 @@ class Register:
 
 @dataclass(frozen=True)
 class RegisterMap:
-    """Registers with names and addresses of their own."""
+    """Registers with unique names and addresses."""
     registers: tuple[Register, ...]
 
     def __post_init__(self) -> None:
@@ -124,7 +124,7 @@ class RegisterMap:
             seen = [getattr(register, what) for register in self.registers]
             twice = sorted({item for item in seen if seen.count(item) > 1})
             if twice:
-                raise ValueError(f"the {what} {twice[0]!r} is given to two registers")
+                raise ValueError(f"two registers have the {what} {twice[0]!r}")
 
     def __iter__(self) -> Iterator[Register]:
         return iter(self.registers)
@@ -150,21 +150,21 @@ class RegisterMap:
         return [register for register in self.registers if register.kind in kinds]
 
 
-#: The chips that are set up, by the names that their registers begin with.
+#: The chips that are set up, by the prefix of their registers' names.
 SETUPS: Mapping[str, Chip] = {"decoder": TVP5154, "transmitter": TFP410}
 
 _NO_YES = {0: "no", 1: "yes"}
 _OFF_ON = {0: "off", 1: "on"}
 
-# Where the settings are; those of a method that has others follow.
+# Addresses of the settings; further ones of a method follow.
 _SETTINGS = {"u1": 0x10, "u2": 0x11, "u3": 0x12, "in_use": 0x13, "minimum": 0x17, "check": 0x18, "fill": 0x19, "median": 0x1A}
 _OTHER_SETTINGS = range(0x1B, 0x20)
 
 
 def _setup_status() -> Iterator[tuple[str, str, Mapping[int, str]]]:
-    """Name, description and words of what is told of each chip's set-up, in the order of addresses."""
+    """Name, description and words of the status of each chip's set-up, in the order of addresses."""
     for role, chip in SETUPS.items():
-        yield f"{role}_state", f"how far the set-up of the {chip.name} is", {0: "busy", 1: "done", 2: "failed"}
+        yield f"{role}_state", f"state of the set-up of the {chip.name}", {0: "busy", 1: "done", 2: "failed"}
         yield f"{role}_step", "step that failed last", {number: step.text for number, step in enumerate(chip.steps)}
         yield f"{role}_reason", "why it failed", {failure.value: failure.text for failure in Failure}
 
@@ -183,22 +183,22 @@ def _counters() -> Iterator[tuple[str, str, str]]:
     """Name, unit and description of each counter, in the order of addresses."""
     yield "display_frames", "frames", "frames of the display"
     yield "pairs", "pairs", "pairs matched"
-    yield "pictures_dropped", "pictures", "disparity pictures that gave way to a newer one unseen"
+    yield "pictures_dropped", "pictures", "disparity pictures replaced by a newer one before they were shown"
     yield "pictures_abandoned", "pictures", "disparity pictures that were not finished"
-    yield "display_underflows", "events", "times that memory gave a pixel too late to the display"
+    yield "display_underflows", "events", "pictures cut short on the display because the memory was late"
     yield "uart_errors", "events", "framing errors, lost bytes, bad sums, time-outs and stray bytes of this line"
     for side in ("left", "right"):
         yield f"{side}_corrected", "codes", f"timing codes of the {side} camera with one wrong bit"
-        yield f"{side}_rejected", "codes", f"timing codes of the {side} camera that were beyond repair"
-        yield f"{side}_dropped", "frames", f"frames of the {side} camera dropped on their way in"
-        yield f"{side}_overflow", "frames", f"frames of the {side} camera lost to a full FIFO; dropped counts them too"
-        yield f"{side}_skipped", "frames", f"frames of the {side} camera that found no free buffer"
-        yield f"{side}_unpaired", "frames", f"frames of the {side} camera that no frame of the other one was near enough to"
+        yield f"{side}_rejected", "codes", f"timing codes of the {side} camera with more than one wrong bit"
+        yield f"{side}_dropped", "frames", f"frames of the {side} camera dropped by its input"
+        yield f"{side}_overflow", "frames", f"frames of the {side} camera lost to a full FIFO; counted in dropped too"
+        yield f"{side}_skipped", "frames", f"frames of the {side} camera for which no buffer was free"
+        yield f"{side}_unpaired", "frames", f"frames of the {side} camera without a partner near enough in time"
     for role, chip in SETUPS.items():
         yield f"{role}_failures", "failures", f"failed set-ups of the {chip.name}, and failures after its set-up"
     for fifo, what in (("left_camera", "of the left camera"), ("right_camera", "of the right camera"), ("pair", "before the matcher"),
                        ("picture", "behind the matcher"), ("display", "of the display")):
-        yield f"{fifo}_fill", "words", f"most words that the FIFO {what} has held"
+        yield f"{fifo}_fill", "words", f"highest level of the FIFO {what}"
 
 
 def register_map(config: MatcherConfig | None = None, height: int = 576) -> RegisterMap:
@@ -207,7 +207,7 @@ def register_map(config: MatcherConfig | None = None, height: int = 576) -> Regi
     Parameters
     ----------
     config : MatcherConfig
-        Gives ``disparities``, ``width`` and the reset values of the weights; the default one if ``None``.
+        Determines ``disparities``, ``width``, ``method`` and the settings; the default one if ``None``.
     height : int
         Lines of a picture.
     """
@@ -222,27 +222,27 @@ def register_map(config: MatcherConfig | None = None, height: int = 576) -> Regi
         return Register(name, address, Kind.SETTING, max(words), description, reset=reset, words=words)
 
     return RegisterMap(tuple(sorted((
-        constant("identity", 0x00, IDENTITY, "tells that this system answers", words={IDENTITY: "stereo graph cut"}),
+        constant("identity", 0x00, IDENTITY, "identifies this system", words={IDENTITY: "stereo graph cut"}),
         constant("version", 0x01, VERSION, "of this register map"),
-        constant("disparities", 0x02, labels, "labels that were built in", "labels"),
+        constant("disparities", 0x02, labels, "labels built in", "labels"),
         constant("width", 0x03, config.max_width, "longest line", "pixels"),
         constant("height", 0x04, height, "lines of a picture", "lines"),
-        constant("method", 0x05, methods.index(config.method.name), "the method that was built in", words=dict(enumerate(methods))),
+        constant("method", 0x05, methods.index(config.method.name), "method built in", words=dict(enumerate(methods))),
         *_settings(config),
         setting("show", 0x14, 0, {0: "disparity", 1: "left", 2: "both"}, "which picture the monitor shows"),
         setting("colour", 0x15, 0, {0: "grey", 1: "colour"}, "how disparities are shown"),
-        setting("hold", 0x16, 0, {0: "live", 1: "frozen"}, "whether the picture on the monitor stands still"),
+        setting("hold", 0x16, 0, {0: "live", 1: "frozen"}, "whether the picture on the monitor is frozen"),
         Register("clear_counters", 0x20, Kind.ACTION, 1, "sets all counters to 0", minimum=1),
-        Register("restart_setup", 0x21, Kind.ACTION, 1, "sets the video chips up again", minimum=1),
+        Register("restart_setup", 0x21, Kind.ACTION, 1, "repeats the set-up of the video chips", minimum=1),
         *(Register(name, 0x30 + n, Kind.STATUS, max(words), description, words=words)
           for n, (name, description, words) in enumerate(_setup_status())),
         *(Register(name, 0x38 + n, Kind.STATUS, 1, description, words=_NO_YES) for n, (name, description) in enumerate({
             "left_locked": "the decoder is locked to the left camera",
             "right_locked": "the decoder is locked to the right camera",
-            "left_signal": "good video comes from the left camera",
-            "right_signal": "good video comes from the right camera",
+            "left_signal": "the left camera sends good frames",
+            "right_signal": "the right camera sends good frames",
             "memory_ready": "the memory has been initialised",
-            "matcher_error": "a ragged frame has come to the matcher",
+            "matcher_error": "the matcher has received a ragged frame",
         }.items())),
         *(Register(name, 0x40 + n, Kind.COUNTER, COUNT_MAX, description, unit=unit)
           for n, (name, unit, description) in enumerate(_counters())),
@@ -250,7 +250,7 @@ def register_map(config: MatcherConfig | None = None, height: int = 576) -> Regi
 
 
 def answer(registers: RegisterMap, values: Mapping[str, int], frame: bytes) -> tuple[Reply, dict[str, int]]:
-    """What the chip does with a request.
+    """The chip's reaction to a request.
 
     Parameters
     ----------
@@ -264,7 +264,7 @@ def answer(registers: RegisterMap, values: Mapping[str, int], frame: bytes) -> t
     -------
     Reply
     dict
-        What was written: the name of a parameter or an action to its value; empty if nothing was.
+        The value written, by the name of the setting or action; empty if nothing was written.
     """
     request = decode_request(frame)
     if request is None:

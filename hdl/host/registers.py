@@ -11,7 +11,7 @@ from golden.host.registers import COUNT_MAX, Kind, Register, RegisterMap
 from ..parts.uart import UartReceiver, UartTransmitter
 
 
-__all__ = ["ActionLayout", "ParameterLayout", "RegisterFile", "SerialRegisters", "StatusLayout"]
+__all__ = ["ActionLayout", "RegisterFile", "SerialRegisters", "SettingLayout", "StatusLayout"]
 
 
 # The counter that the register file contains, and the action that clears it.
@@ -19,8 +19,8 @@ _ERRORS = "uart_errors"
 _CLEAR = "clear_counters"
 
 
-class ParameterLayout(data.StructLayout):
-    """Each parameter under its name."""
+class SettingLayout(data.StructLayout):
+    """Each setting under its name."""
     def __init__(self, registers: RegisterMap):
         super().__init__({register.name: register.width for register in registers.of(Kind.SETTING)})
 
@@ -67,7 +67,7 @@ class RegisterFile(wiring.Component):
         Bytes from and to the line.
     line_error : In(1)
         One cycle: a byte of the line was lost.
-    params : Out(ParameterLayout(registers))
+    settings : Out(SettingLayout(registers))
         May change in any cycle; to be sampled at the start of a frame.
     actions : Out(ActionLayout(registers))
         High for one cycle each.
@@ -88,7 +88,7 @@ class RegisterFile(wiring.Component):
             "i": In(stream.Signature(8)),
             "o": Out(stream.Signature(8)),
             "line_error": In(1),
-            "params": Out(ParameterLayout(registers), init={register.name: register.reset for register in registers.of(Kind.SETTING)}),
+            "settings": Out(SettingLayout(registers), init={register.name: register.reset for register in registers.of(Kind.SETTING)}),
             "actions": Out(ActionLayout(registers)),
             "status": In(StatusLayout(registers)),
             "errors": Out(range(COUNT_MAX + 1)),
@@ -100,7 +100,7 @@ class RegisterFile(wiring.Component):
             case Kind.CONSTANT:
                 return register.reset
             case Kind.SETTING:
-                return self.params[register.name]
+                return self.settings[register.name]
             case Kind.ACTION:
                 return 0
         return self.errors if register.name == _ERRORS else self.status[register.name]
@@ -141,7 +141,7 @@ class RegisterFile(wiring.Component):
                         m.d.sync += [writable.eq(1), in_range.eq(above & (value <= register.maximum))]
                     if register.kind is Kind.SETTING:
                         with m.If(write):
-                            m.d.sync += self.params[register.name].eq(value)
+                            m.d.sync += self.settings[register.name].eq(value)
                     elif register.kind is Kind.ACTION:
                         m.d.comb += self.actions[register.name].eq(write)
 
@@ -232,7 +232,7 @@ class SerialRegisters(wiring.Component):
     -------
     rx : In(1), tx : Out(1)
         The pins.
-    params, actions, status
+    settings, actions, status
         As of :class:`RegisterFile`.
     """
     def __init__(self, registers: RegisterMap, clock_hz: int, baud: int = BAUD, *, frame_seconds: float = FRAME_SECONDS):
@@ -243,7 +243,7 @@ class SerialRegisters(wiring.Component):
         super().__init__({
             "rx": In(1, init=1),
             "tx": Out(1, init=1),
-            **{name: members[name] for name in ("params", "actions", "status")},
+            **{name: members[name] for name in ("settings", "actions", "status")},
         })
 
     def elaborate(self, platform: object) -> Module:
@@ -256,6 +256,6 @@ class SerialRegisters(wiring.Component):
         m.d.comb += [
             receiver.rx.eq(self.rx), self.tx.eq(transmitter.tx),
             register_file.line_error.eq(receiver.framing_error | receiver.overrun),
-            self.params.eq(register_file.params), self.actions.eq(register_file.actions), register_file.status.eq(self.status),
+            self.settings.eq(register_file.settings), self.actions.eq(register_file.actions), register_file.status.eq(self.status),
         ]
         return m

@@ -158,7 +158,7 @@ class StereoSystem(wiring.Component):
         arbiter = m.submodules.arbiter = self.arbiter
         display = m.submodules.display = self.display
         serial = m.submodules.serial = self.serial
-        params, actions = serial.params, serial.actions
+        settings, actions = serial.settings, serial.actions
         status = serial.status
         m.d.comb += [serial.rx.eq(self.uart_rx), self.uart_tx.eq(serial.tx)]
         wiring.connect(m, arbiter.bus, wiring.flipped(self.memory))
@@ -199,8 +199,8 @@ class StereoSystem(wiring.Component):
         start = control.reader.start
         m.d.comb += [
             pair_reader.clear_fill.eq(clear),
-            *(getattr(matcher, name).eq(params[name]) for name in self.config.settings),
-            matcher.apply_settings.eq(start), matcher.clear.eq(clear), control.hold.eq(params.hold), control.clear.eq(clear),
+            *(getattr(matcher, name).eq(settings[name]) for name in self.config.settings),
+            matcher.apply_settings.eq(start), matcher.clear.eq(clear), control.hold.eq(settings.hold), control.clear.eq(clear),
         ]
 
         # Disparities and the left picture to the frame store.
@@ -210,7 +210,7 @@ class StereoSystem(wiring.Component):
         if isinstance(self.config.method, Fused):
             m.submodules.shown_label = shown_label = ShownLabel(self.config)
             m.d.comb += [
-                shown_label.minimum.eq(params.minimum), shown_label.start.eq(start),
+                shown_label.minimum.eq(settings.minimum), shown_label.start.eq(start),
                 shown_label.i.eq(matcher.o.p), shown_label.step.eq(matcher.o.valid & matcher.o.ready),
                 disparity_writer.i.p.value.eq(shown_label.label),
             ]
@@ -233,7 +233,7 @@ class StereoSystem(wiring.Component):
         m.d.comb += [
             shown.fetch.eq(display.fetch), picture_reader.fetch.eq(display.fetch), picture_reader.clear_fill.eq(clear),
             picture_reader.shown_buffer.eq(shown.shown_buffer), picture_reader.shown_valid.eq(shown.shown_valid),
-            display.shown_valid.eq(shown.shown_valid), display.mode.eq(params.show), display.colour.eq(params.colour),
+            display.shown_valid.eq(shown.shown_valid), display.mode.eq(settings.show), display.colour.eq(settings.colour),
             display.clear.eq(clear),
             *(getattr(self, name).eq(getattr(display, name)) for name in ("red", "green", "blue", "de", "hsync", "vsync")),
         ]

@@ -9,7 +9,7 @@ from cocotb.triggers import ClockCycles, RisingEdge
 
 from golden.host.protocol import FRAME_BYTES, Operation, Reply, Request, Status, decode_reply, encode_request
 from golden.host.registers import register_map
-from hdl.host.registers import ParameterLayout, StatusLayout
+from hdl.host.registers import SettingLayout, StatusLayout
 from sim.kit.cases import pack
 from sim.models.uart import UartHost
 
@@ -58,14 +58,14 @@ async def registers(dut, mismatch):
     for name in ("left_camera_fill", "decoder_step", "pairs"):
         assert await ask(dut, host, Request(Operation.READ, REGISTERS[name].address)) == Reply(
             Status.OK, REGISTERS[name].address, status[name])
-    params = {name: REGISTERS[name].reset for name in ParameterLayout(REGISTERS).members}
+    settings = {name: REGISTERS[name].reset for name in SettingLayout(REGISTERS).members}
     for name, value in (("u1", 63), ("labels", 1), ("show", 2)):
-        params[name] = value
+        settings[name] = value
         assert await ask(dut, host, Request(Operation.WRITE, REGISTERS[name].address, value)) == Reply(
             Status.OK, REGISTERS[name].address, value)
-        assert int(dut.params.value) == pack(ParameterLayout(REGISTERS), params)
+        assert int(dut.settings.value) == pack(SettingLayout(REGISTERS), settings)
     assert (await ask(dut, host, Request(Operation.WRITE, REGISTERS["show"].address, 3))).status is Status.OUT_OF_RANGE
-    assert int(dut.params.value) == pack(ParameterLayout(REGISTERS), params)
+    assert int(dut.settings.value) == pack(SettingLayout(REGISTERS), settings)
     assert host.framing_errors == 0
 
 

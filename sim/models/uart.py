@@ -160,16 +160,16 @@ class SimulatedChip:
         self.dut = SerialRegisters(registers, self.clock_hz, baud, frame_seconds=frame_seconds)
         self.line = UartHost(bit_cycles, mismatch=mismatch, rng=rng)
         self.status: dict[str, int] = {}
-        self._params = 0
+        self._settings = 0
         self.actions: list[str] = []
         self._simulator = Simulator(self.dut)
         self._simulator.add_clock(1 / self.clock_hz)
         self._simulator.add_testbench(self._run)
 
     @property
-    def params(self) -> dict[str, int]:
+    def settings(self) -> dict[str, int]:
         """Values of the settings, by name."""
-        return {name: int(self.dut.params.shape().from_bits(self._params)[name]) for name in self.dut.params.shape().members}
+        return {name: int(self.dut.settings.shape().from_bits(self._settings)[name]) for name in self.dut.settings.shape().members}
 
     async def _run(self, ctx: Any) -> None:
         given: dict[str, int] = {}
@@ -179,7 +179,7 @@ class SimulatedChip:
                 ctx.set(self.dut.status, given)
             ctx.set(self.dut.rx, self.line.step(ctx.get(self.dut.tx)))
             await ctx.tick()
-            self._params = ctx.get(self.dut.params.as_value())
+            self._settings = ctx.get(self.dut.settings.as_value())
             if ctx.get(self.dut.actions.as_value()):
                 self.actions += [name for name in self.dut.actions.shape().members if ctx.get(self.dut.actions[name])]
 

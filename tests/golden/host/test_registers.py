@@ -167,9 +167,9 @@ def test_bad_register(changes, message):
 
 
 def test_bad_map():
-    with pytest.raises(ValueError, match="name 'u1' is given to two"):
+    with pytest.raises(ValueError, match="two registers have the name 'u1'"):
         RegisterMap((U1, replace(U1, address=1)))
-    with pytest.raises(ValueError, match="address 16 is given to two"):
+    with pytest.raises(ValueError, match="two registers have the address 16"):
         RegisterMap((U1, replace(U1, name="other")))
     with pytest.raises(KeyError):
         REGISTERS["u4"]

@@ -84,7 +84,7 @@ def test_get_and_set_on_the_chip(simulated, capsys):
     simulated.status |= {"pairs": 65535, "left_locked": 1, "decoder_step": 7}
     assert main(["--port", "none", "set", "u1=0x2A", "show=both", "in_use=20", "restart_setup=1"], simulated.connect) == 0
     assert capsys.readouterr().out == "u1 = 42 grey levels a pixel\nshow = both\nin_use = 20 labels\nrestart_setup = 1\n"
-    assert simulated.params == {"u1": 42, "u2": 10, "u3": 5, "in_use": 20, "show": 2, "colour": 0, "hold": 0}
+    assert simulated.settings == {"u1": 42, "u2": 10, "u3": 5, "in_use": 20, "show": 2, "colour": 0, "hold": 0}
     assert simulated.actions == ["restart_setup"]
     assert main(["--port", "none", "get", "pairs", "left_locked", "decoder_step", "u1", "width"], simulated.connect) == 0
     assert capsys.readouterr().out == (
@@ -96,7 +96,7 @@ def test_refused_by_the_chip_itself(simulated):
     """A request that the console itself would not send: the chip refuses it."""
     chip = Chip(simulated)
     assert chip.transact(Request(Operation.WRITE, REGISTERS["u2"].address, 64)) == Reply(Status.OUT_OF_RANGE, REGISTERS["u2"].address)
-    assert simulated.params["u2"] == 10
+    assert simulated.settings["u2"] == 10
     with pytest.raises(UserError, match="refuses to write pairs: read only"):
         chip.write("pairs", 1)
 
@@ -129,7 +129,7 @@ def test_over_a_pseudo_terminal(capsys):
         port = os.ttyname(slave)
         assert main(["--port", port, "--timeout", "5", "set", "u3=9"]) == 0
         assert capsys.readouterr().out == "u3 = 9 grey levels a pixel\n"
-        assert chip.params["u3"] == 9
+        assert chip.settings["u3"] == 9
     finally:
         stop.set()
         thread.join()

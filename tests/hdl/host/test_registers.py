@@ -20,7 +20,7 @@ from golden.host.protocol import (
     encode_request,
 )
 from golden.host.registers import COUNT_MAX, Kind, RegisterMap, answer, register_map
-from hdl.host.registers import ActionLayout, ParameterLayout, RegisterFile, StatusLayout
+from hdl.host.registers import ActionLayout, RegisterFile, SettingLayout, StatusLayout
 from sim.kit.streams import check_rules, receive, run_stream, send
 
 
@@ -45,7 +45,7 @@ def random_status(rng):
 def conversation(data, status):
     """The chip's bytes after bytes without a pause: ``(bytes, parameters, actions, errors)``, from the golden answer."""
     values = dict(status)
-    params = {register.name: register.reset for register in REGISTERS.of(Kind.SETTING)}
+    settings = {register.name: register.reset for register in REGISTERS.of(Kind.SETTING)}
     actions: list = []
     given = b""
     errors = at = 0
@@ -55,17 +55,17 @@ def conversation(data, status):
             continue
         if len(data) - at < FRAME_BYTES:
             break
-        reply, written = answer(REGISTERS, {**values, **params, "uart_errors": errors}, data[at:at + FRAME_BYTES])
+        reply, written = answer(REGISTERS, {**values, **settings, "uart_errors": errors}, data[at:at + FRAME_BYTES])
         given += encode_reply(reply)
         errors += reply.status is Status.BAD_SUM
         for name, value in written.items():
-            if name in params:
-                params[name] = value
+            if name in settings:
+                settings[name] = value
             else:
                 actions.append(name)
                 errors = 0 if name == "clear_counters" else errors
         at += FRAME_BYTES
-    return given, params, actions, errors
+    return given, settings, actions, errors
 
 
 def run_conversation(data, status, *, rng, stall=0.0):
@@ -84,7 +84,7 @@ def run_conversation(data, status, *, rng, stall=0.0):
         await receive(ctx, dut.o, len(expected), rng=rng, stall=stall)
         ctx.set(dut.o.ready, 1)
         await ctx.tick().repeat(TIMEOUT + 20)
-        end["params"] = {name: ctx.get(dut.params[name]) for name in ParameterLayout(REGISTERS).members}
+        end["settings"] = {name: ctx.get(dut.settings[name]) for name in SettingLayout(REGISTERS).members}
         end["errors"] = ctx.get(dut.errors)
 
     async def watch(ctx):
@@ -100,7 +100,7 @@ def run_conversation(data, status, *, rng, stall=0.0):
     simulator.add_testbench(check_rules(dut.o, given), background=True)
     simulator.run()
     assert bytes(taken) == data
-    return bytes(given), end["params"], actions, end["errors"]
+    return bytes(given), end["settings"], actions, end["errors"]
 
 
 def every_request():
@@ -197,7 +197,7 @@ def test_reset_values():
     dut = register_file()
 
     async def testbench(ctx):
-        assert {name: ctx.get(dut.params[name]) for name in ParameterLayout(REGISTERS).members} == {
+        assert {name: ctx.get(dut.settings[name]) for name in SettingLayout(REGISTERS).members} == {
             "u1": 1, "u2": 2, "u3": 3, "in_use": 20, "show": 0, "colour": 0, "hold": 0}
         assert ctx.get(dut.actions.as_value()) == ctx.get(dut.errors) == 0
 
@@ -318,8 +318,8 @@ def test_actions_and_parameters_change_before_the_reply():
             await ctx.tick()
             assert ctx.get(dut.o.valid)
             assert ctx.get(dut.actions.as_value()) == 0
-            if name in ParameterLayout(REGISTERS).members:
-                assert ctx.get(dut.params[name]) == value
+            if name in SettingLayout(REGISTERS).members:
+                assert ctx.get(dut.settings[name]) == value
             await reply_of(ctx, dut)
 
     play(dut, testbench)
@@ -328,7 +328,7 @@ def test_actions_and_parameters_change_before_the_reply():
 def test_layouts():
     assert "uart_errors" not in StatusLayout(REGISTERS).members
     assert len(StatusLayout(REGISTERS).members) + 1 == len(REGISTERS.of(Kind.STATUS, Kind.COUNTER))
-    for layout in (StatusLayout, ParameterLayout, ActionLayout):
+    for layout in (StatusLayout, SettingLayout, ActionLayout):
         for name, width in layout(REGISTERS).members.items():
             assert width == REGISTERS[name].width
 

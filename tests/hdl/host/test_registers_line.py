@@ -54,9 +54,9 @@ def test_line(mismatch):
     assert transact(simulated, Request(Operation.READ, REGISTERS["pairs"].address)).value == 0x1234
     for name, value in (("u1", 63), ("in_use", 5)):
         assert transact(simulated, Request(Operation.WRITE, REGISTERS[name].address, value)).status is Status.OK
-        assert simulated.params[name] == value
+        assert simulated.settings[name] == value
     assert transact(simulated, Request(Operation.WRITE, REGISTERS["in_use"].address, 21)).status is Status.OUT_OF_RANGE
-    assert simulated.params["in_use"] == 5
+    assert simulated.settings["in_use"] == 5
     assert transact(simulated, Request(Operation.WRITE, REGISTERS["restart_setup"].address, 1)).status is Status.OK
     assert simulated.actions == ["restart_setup"]
     assert transact(simulated, Request(Operation.READ, REGISTERS["uart_errors"].address)).value == 0
@@ -91,7 +91,7 @@ def test_request_after_noise(seed):
         assert errors.status is Status.OK
         assert errors.value > counted     # each kind of noise shows
         counted = errors.value
-    assert simulated.params == {register.name: register.reset for register in REGISTERS.of(Kind.SETTING)}
+    assert simulated.settings == {register.name: register.reset for register in REGISTERS.of(Kind.SETTING)}
 
 
 def test_bytes_that_come_too_early():
