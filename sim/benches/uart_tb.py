@@ -59,7 +59,7 @@ async def registers(dut, mismatch):
         assert await ask(dut, host, Request(Operation.READ, REGISTERS[name].address)) == Reply(
             Status.OK, REGISTERS[name].address, status[name])
     settings = {name: REGISTERS[name].reset for name in SettingLayout(REGISTERS).members}
-    for name, value in (("u1", 63), ("labels", 1), ("show", 2)):
+    for name, value in (("u1", 63), ("in_use", 1), ("show", 2)):
         settings[name] = value
         assert await ask(dut, host, Request(Operation.WRITE, REGISTERS[name].address, value)) == Reply(
             Status.OK, REGISTERS[name].address, value)
