@@ -3,19 +3,20 @@
 from itertools import pairwise
 
 from amaranth import *
-from amaranth.lib import stream, wiring
+from amaranth.lib import stream
 from amaranth.lib.wiring import In, Out
 
 from golden.config import Fused, MatcherConfig
 
 from ..parts.delay import data_register
+from .stage import Stage
 from .stream import CensusWord, ColumnWord, copy_flags, line_names
 
 
 __all__ = ["CensusStage"]
 
 
-class CensusStage(wiring.Component):
+class CensusStage(Stage):
     """Census of the left and of the right picture at every pixel, beside the three lines around it.
 
     The golden model is :func:`golden.matcher.census.census`: a bit for each neighbour in the window, set where it is darker than the
@@ -39,9 +40,13 @@ class CensusStage(wiring.Component):
         As many :attr:`rows` as the census has, three at least, five with vertical support.
     o : Out(stream.Signature(CensusWord(config)))
     """
+    name = "census"
+
     def __init__(self, config: MatcherConfig):
         self.config = config
-        self.rows = max(5 if config.method_as(Fused).vertical else 3, config.method_as(Fused).cost.census_rows)
+        method = config.method_as(Fused)
+        self.rows = max(5 if method.vertical else 3, method.cost.census_rows)
+        self.line_clocks = method.cost.census_columns // 2
         super().__init__({
             "i": In(stream.Signature(ColumnWord(self.rows))),
             "o": Out(stream.Signature(CensusWord(config))),

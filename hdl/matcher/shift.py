@@ -1,20 +1,23 @@
 """Minimum disparity: the right picture moved, so that label 0 meets its match."""
 
+from typing import ClassVar
+
 from amaranth import *
-from amaranth.lib import stream, wiring
+from amaranth.lib import stream
 from amaranth.lib.memory import Memory
 from amaranth.lib.wiring import In, Out
 
 from golden.config import PIXEL_BITS, MatcherConfig
 
 from ..parts.delay import data_register
+from .stage import Stage
 from .stream import PixelPair, copy_flags
 
 
 __all__ = ["RightShift"]
 
 
-class RightShift(wiring.Component):
+class RightShift(Stage):
     """Moves the right picture to the right by ``minimum`` pixels; the first pixel of a line is repeated.
 
     The golden model is :func:`golden.matcher.cost.delayed`. The left pixel and the flags are not changed.
@@ -23,7 +26,7 @@ class RightShift(wiring.Component):
     line have come the first one is given, so nothing depends on what the memory held. This stands in front of the line store: a frame
     may be ragged. A line begins after a word with ``last`` or ``end`` and at ``first``, whatever came before.
 
-    Timing: latency :attr:`LATENCY` cycles; a word a cycle; ``i.ready`` depends combinationally on ``o.ready``. The memory's word passes
+    Timing: latency :attr:`latency` cycles; a word a cycle; ``i.ready`` depends combinationally on ``o.ready``. The memory's word passes
     through a register.
 
     Memory: ``256 * 8`` bits.
@@ -39,7 +42,9 @@ class RightShift(wiring.Component):
     minimum : In(range(256))
         Pixels; sampled with the word marked ``first``.
     """
-    LATENCY = 4
+    name = "shift"
+    settings: ClassVar = {"minimum": "minimum"}
+    latency = 4
 
     def __init__(self, config: MatcherConfig):
         self.config = config

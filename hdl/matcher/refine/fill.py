@@ -1,13 +1,16 @@
 """The fill: pixels that failed the check take a label from their line."""
 
+from typing import ClassVar
+
 from amaranth import *
-from amaranth.lib import data, stream, wiring
+from amaranth.lib import data, stream
 from amaranth.lib.fifo import SyncFIFOBuffered
 from amaranth.lib.wiring import In, Out
 
 from golden.config import MatcherConfig
 
 from ...parts.delay import StreamRegister, data_register
+from ..stage import Stage
 from ..stream import LabelWord
 
 
@@ -20,7 +23,7 @@ class Passing(data.StructLayout):
         super().__init__({"label": LabelWord(config)["label"].shape, "none": 1})
 
 
-class Fill(wiring.Component):
+class Fill(Stage):
     """Gives a pixel that failed the check the smaller of the nearest passing labels to its left and to its right on the line.
 
     The one that exists if only one does; on a line without any a pixel keeps its own. Only ``label`` changes. The golden model is
@@ -32,9 +35,9 @@ class Fill(wiring.Component):
     Frames are rectangular, closed by ``end`` and at most ``max_width`` wide; each may have a size of its own. A line that is wider never
     leaves.
 
-    Timing: a pixel a cycle, and :attr:`LINE_CLOCKS` more a line: none. A line leaves as soon as it is complete: if nothing waits, its
+    Timing: a pixel a cycle, and :attr:`line_clocks` more a line: none. A line leaves as soon as it is complete: if nothing waits, its
     first pixel is offered :attr:`COMPLETE_CLOCKS` cycles after its last one was taken. A pixel whose line comes without a pause is
-    therefore offered :attr:`LINES` line of ``W`` cycles and :attr:`latency` cycles after it was taken, whatever passed. ``i.ready``
+    therefore offered :attr:`lines` line of ``W`` cycles and :attr:`latency` cycles after it was taken, whatever passed. ``i.ready``
     comes from registers.
 
     Memory: ``max_width + 1`` words of :class:`LabelWord` with the bit ``enable``, ``max_width + 3`` labels with a bit.
@@ -51,8 +54,10 @@ class Fill(wiring.Component):
     enable : In(1)
         Off: labels leave unchanged, as late. Sampled with the word marked ``first`` as it is taken.
     """
-    LINES = 1
-    LINE_CLOCKS = 0
+    name = "fill"
+    settings: ClassVar = {"enable": "fill"}
+    lines = 1
+    line_clocks = 0
     SETTLING = 3  # cycles from a word to the registers behind both queues
     COMPLETE_CLOCKS = SETTLING + 2
 

@@ -1,5 +1,7 @@
 """The median of the labels, and what leaves the refinement: disparities with their confidence."""
 
+from typing import ClassVar
+
 from amaranth import *
 from amaranth.hdl import Mux
 from amaranth.lib import data, stream, wiring
@@ -11,6 +13,7 @@ from golden.matcher.confidence import WINDOW
 
 from ...parts.delay import Delay, StreamRegister
 from ...parts.sorting_network import Selection, merge, select, sort
+from ..stage import Stage
 from ..stream import DisparityWord, LabelWord, copy_flags
 from .confidence import Confidence
 from .window import REACH, LabelColumns, SlotWord
@@ -121,7 +124,7 @@ def contenders(order, side):
     return order[max(middle - later, 0):middle + 1]
 
 
-class Median(wiring.Component):
+class Median(Stage):
     """Median of labels, and with it disparity and confidence of a pixel: what leaves the refinement.
 
     Golden: :func:`golden.matcher.refine.median`, then ``disparity = label + minimum * config.method.disparity_scale``, and
@@ -129,9 +132,9 @@ class Median(wiring.Component):
 
     Frames are rectangular, closed by ``end`` and at most ``max_width`` wide; each may have a size of its own.
 
-    Timing: a pixel a cycle, :attr:`LINE_CLOCKS` cycles more a line, :attr:`FRAME_LINES` lines more a frame: during them nothing is taken,
-    for the last lines leave without waiting for the next frame. If nothing waits, a pixel is offered :attr:`LINES` lines of
-    ``W + LINE_CLOCKS`` cycles and :attr:`latency` cycles after it was taken. The pipeline never stops: a column enters only while the
+    Timing: a pixel a cycle, :attr:`line_clocks` cycles more a line, :attr:`FRAME_LINES` lines more a frame: during them nothing is taken,
+    for the last lines leave without waiting for the next frame. If nothing waits, a pixel is offered :attr:`lines` lines of
+    ``W + line_clocks`` cycles and :attr:`latency` cycles after it was taken. The pipeline never stops: a column enters only while the
     output queue has room for all that are on their way. ``i.ready`` comes from registers, ``o`` leaves one.
 
     Memory: that of :class:`LabelColumns`; a column, a sorted column and a result for the time that networks and votes take; an output
@@ -151,8 +154,10 @@ class Median(wiring.Component):
     minimum : In(8)
         Disparity of the label 0, pixels. Both are sampled with the word marked ``first`` as it is taken.
     """
-    LINES = FRAME_LINES = REACH
-    LINE_CLOCKS = REACH
+    name = "median"
+    settings: ClassVar = {"enable": "median", "minimum": "minimum"}
+    lines = FRAME_LINES = REACH
+    line_clocks = REACH
 
     def __init__(self, config: MatcherConfig):
         self.config = config
@@ -173,7 +178,7 @@ class Median(wiring.Component):
 
     @property
     def latency(self):
-        """Cycles beyond :attr:`LINES` lines from a pixel to its disparity, if nothing waits."""
+        """Cycles beyond :attr:`lines` lines from a pixel to its disparity, if nothing waits."""
         return REACH + self.pipeline + 2 + StreamRegister.LATENCY
 
     def elaborate(self, platform):

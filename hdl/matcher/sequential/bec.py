@@ -1,11 +1,14 @@
 """Basic energy calculation."""
 
+from typing import ClassVar
+
 from amaranth import *
 from amaranth.lib import stream, wiring
 from amaranth.lib.wiring import In, Out
 
 from golden.config import IN_USE_BITS, MatcherConfig
 
+from ..stage import Stage
 from ..stream import BecWord, ColumnWord, copy_flags
 from .argmin import ComparatorTree
 from .cost import CostEnergy, Edata, SubPixelBuffers, SubPixels
@@ -14,7 +17,7 @@ from .cost import CostEnergy, Edata, SubPixelBuffers, SubPixels
 __all__ = ["Bec"]
 
 
-class Bec(wiring.Component):
+class Bec(Stage):
     """Basic energy calculation (thesis figure 19): matching cost of every label, and the local disparity.
 
     The golden models are :func:`golden.matcher.cost.matching_cost` and :func:`golden.matcher.cost.local_disparity`.
@@ -29,6 +32,9 @@ class Bec(wiring.Component):
     in_use : In(IN_USE_BITS)
         Labels in use; sampled as the first pixel of a frame passes.
     """
+    name = "bec"
+    settings: ClassVar = {"in_use": "in_use"}
+
     def __init__(self, config: MatcherConfig):
         self.config = config
         self.tree = ComparatorTree(config.method.matching_cost.bits, config.labels)

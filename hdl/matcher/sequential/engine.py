@@ -7,9 +7,10 @@ from amaranth.lib.wiring import In, Out
 
 from golden.config import PIXEL_BITS, WEIGHT_BITS, MatcherConfig
 
-from ..lines import EdataMemory
+from ..lines import EdataMemory, LineStore
 from ..stream import FLAGS, BecWord, DisparityWord, copy_flags
 from .argmin import ComparatorTree
+from .bec import Bec
 from .smooth import Smooth
 
 
@@ -83,11 +84,15 @@ class SequentialEngine(wiring.Component):
     u1, u2, u3 : In(WEIGHT_BITS)
         Weights; sampled with the first word of a frame.
     """
-    def __init__(self, config: MatcherConfig):
+    lines_below = 0
+    rows = 3
+
+    def __init__(self, config: MatcherConfig, bec: Bec | None = None):
         if config.labels not in config.SEQUENTIAL_LABELS:
             raise ValueError(f"the engine sequential computes at most {config.SEQUENTIAL_LABELS[-1]} disparities, "
                              f"not {config.labels}; choose the engine streaming")
         self.config = config
+        self.bec = bec
         self.smooths = [Smooth(config) for _ in range(3)]
         self.tree = ComparatorTree(config.energy_bits, config.labels)
         super().__init__({
@@ -107,6 +112,31 @@ class SequentialEngine(wiring.Component):
     def fill_clocks(self):
         """Cycles in which a frame's look-up tables are filled."""
         return self.smooths[0].table.fill_clocks
+
+    @property
+    def full_rate_width(self) -> int:
+        """Shortest line, in pixels, that is labelled at :attr:`clocks_per_pixel`: any."""
+        return 1
+
+    def latency_clocks(self, lines: int, line_clocks: int) -> int:
+        """Bound of a disparity's latency beyond ``lines`` lines of :attr:`clocks_per_pixel` a pixel, in cycles, behind line store and BEC.
+
+        What waits in the Plus Line FIFO and in BEC's five stages goes at the pace of the loop; each of three line starts costs BEC's
+        and the feeder's pipelines once more, one of them beyond BEC's own latency, and a frame's first line waits for the look-up tables.
+        """
+        assert self.bec
+        waiting = (LineStore.PLUS_DEPTH + 8) * self.clocks_per_pixel
+        return waiting + 2 * self.bec.latency + 6 * self.clocks_per_pixel
+
+    def frame_clocks(self, width: int, height: int, lines_above: int, line_clocks: int) -> int:
+        """Cycles from one frame's first disparity to the next one's, if pixels are offered and disparities taken without a pause.
+
+        The first line fills the Edata memory at BEC's pace, or as the look-up tables are filled; then a line is labelled as the one
+        below it arrives.
+        """
+        assert self.bec
+        first = max(width * self.bec.clocks_per_pixel, self.fill_clocks + 1)
+        return first + height * width * self.clocks_per_pixel + (height + 1) * self.line_clocks
 
     @property
     def line_clocks(self):

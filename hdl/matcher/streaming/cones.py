@@ -4,7 +4,7 @@ from amaranth import *
 from amaranth.lib import data, wiring
 from amaranth.lib.wiring import In, Out
 
-from golden.config import PIXEL_BITS, WEIGHT_BITS, Fused, MatcherConfig
+from golden.config import PIXEL_BITS, WEIGHT_BITS, MatcherConfig
 
 from ...parts.arithmetic import add_with_carry, multiply
 from ...parts.delay import Delay, data_register
@@ -17,10 +17,10 @@ __all__ = ["Cones", "Neighbours"]
 class Neighbours(data.StructLayout):
     """A pixel and its neighbours: grey levels, whether they are inside the picture, and the labels of the upper and the lower one.
 
-    ``n``: pixels of its support, cost ``FUSED`` only.
+    ``size``: pixels of its support, where there are supports.
     """
-    def __init__(self, config: MatcherConfig):
-        size = {"n": range(config.method_as(Fused).arms.support_max + 1)} if isinstance(config.method, Fused) else {}
+    def __init__(self, config: MatcherConfig, size_max: int = 0):
+        size = {"size": range(size_max + 1)} if size_max else {}
         super().__init__({
             "pixel": PIXEL_BITS,
             "left": PIXEL_BITS, "upper": PIXEL_BITS, "lower": PIXEL_BITS,
@@ -30,9 +30,9 @@ class Neighbours(data.StructLayout):
 
 
 class Cones(wiring.Component):
-    """Slopes ``w = (2*u*(256 - dI) << q) >> 8`` (floor) of the three smoothness terms, and the waves that carry them along the labels.
+    """Slopes ``w = (u*(256 - dI) << slope_shift) >> 8`` (floor) of the three smoothness terms, and the waves that carry them.
 
-    With the cost ``FUSED`` they are ``n * ((u*(256 - dI)) >> 8)``.
+    Where there are supports (``size_max`` above 0) a slope is multiplied by the support's size.
 
     ``up`` starts the cones ``w2*|d - f_up| + w3*|d - b_low| - w1*d`` at label 0, ``down`` the ramp ``2*w1*d`` at label ``D - 1``. The
     golden models are :func:`golden.matcher.smooth.slope` and :func:`golden.matcher.smooth.cones`. A neighbour outside the picture has
@@ -44,34 +44,33 @@ class Cones(wiring.Component):
 
     Members
     -------
-    i : In(Neighbours(config))
+    i : In(Neighbours(config, size_max))
     weights : In(ArrayLayout(WEIGHT_BITS, 3))
         ``u1, u2, u3``.
     up : Out(UpWave(config))
     down : Out(DownWave(config))
     """
-    def __init__(self, config: MatcherConfig):
+    def __init__(self, config: MatcherConfig, size_max: int = 0):
         self.config = config
+        self.size_max = size_max
         super().__init__({
-            "i": In(Neighbours(config)),
+            "i": In(Neighbours(config, size_max)),
             "weights": In(data.ArrayLayout(WEIGHT_BITS, 3)),
             "up": Out(UpWave(config)),
             "down": Out(DownWave(config)),
         })
 
     @staticmethod
-    def latency_of(config: MatcherConfig):
+    def latency_of(config: MatcherConfig, size_max: int = 0) -> int:
         """Cycles from neighbours to waves: slope, product, sums, steps, the first step."""
         label_bits = (config.labels - 1).bit_length()
-        return Cones.slope_latency_of(config) + max((label_bits - 1).bit_length(), 1) + 3
+        return Cones.slope_latency_of(size_max) + max((label_bits - 1).bit_length(), 1) + 3
 
     @staticmethod
-    def slope_latency_of(config: MatcherConfig):
-        """Cycles from neighbours to slopes: difference, likeness, product, slope, and the product with ``n``."""
-        times_n = 0
-        if isinstance(config.method, Fused):
-            times_n = max((config.method.arms.support_max.bit_length() - 1).bit_length(), 1)
-        return 2 + (WEIGHT_BITS - 1).bit_length() + 1 + times_n
+    def slope_latency_of(size_max: int) -> int:
+        """Cycles from neighbours to slopes: difference, likeness, product, slope, and the product with the size."""
+        times_size = max((size_max.bit_length() - 1).bit_length(), 1) if size_max else 0
+        return 2 + (WEIGHT_BITS - 1).bit_length() + 1 + times_size
 
     def elaborate(self, platform):
         m = Module()
@@ -80,11 +79,9 @@ class Cones(wiring.Component):
         slope_shape = range(config.method.slope_max + 1)
 
         # Likeness 256 - |dI|, 0 without a neighbour; slope.
-        fused = isinstance(config.method, Fused)
-        if fused:
-            size_bits = len(self.i.n)
-            m.submodules.size = size = Delay(size_bits, 2 + (WEIGHT_BITS - 1).bit_length() + 1)
-            m.d.comb += size.i.eq(self.i.n)
+        if self.size_max:
+            m.submodules.size = size = Delay(len(self.i.size), self.slope_latency_of(0))
+            m.d.comb += size.i.eq(self.i.size)
         slopes = []
         m.submodules.weights_delay = weights = Delay(self.weights.shape(), 2)
         m.d.comb += weights.i.eq(self.weights)
@@ -99,9 +96,9 @@ class Cones(wiring.Component):
             complement = difference ^ positive.replicate(PIXEL_BITS + 1)
             m.d.sync += likeness.eq(Mux(present, add_with_carry(complement, Const(256, PIXEL_BITS + 1), positive)[:PIXEL_BITS + 1], 0))
             product, _ = multiply(m, f"product_{name}", likeness, weight)
-            if fused:
+            if self.size_max:
                 each = Signal(WEIGHT_BITS, name=f"{name}_each", reset_less=True)
-                m.d.sync += each.eq(product >> 8)
+                m.d.sync += each.eq((product << config.method.slope_shift) >> 8)
                 slope = multiply(m, name, each, size.o)[0][:config.method.slope_max.bit_length()]
             else:
                 slope = Signal(slope_shape, name=name, reset_less=True)
@@ -111,7 +108,7 @@ class Cones(wiring.Component):
 
         # Above the first line there is none: its cone is flat, but no unwritten word may decide where its vertex is.
         vertices = data.StructLayout({"upper": range(labels), "lower": range(labels)})
-        m.submodules.vertices = at_slopes = Delay(vertices, self.slope_latency_of(config))
+        m.submodules.vertices = at_slopes = Delay(vertices, self.slope_latency_of(self.size_max))
         m.d.comb += [at_slopes.i.upper.eq(Mux(self.i.has_upper, self.i.upper_label, 0)), at_slopes.i.lower.eq(self.i.lower_label)]
 
         # The cones at label 0.
@@ -159,5 +156,5 @@ class Cones(wiring.Component):
         ramp, ramp_latency = multiply(m, "ramp", w1, Const(2 * (labels - 1)))
         m.submodules.ramp = at_top = Delay(self.down.ramp.shape(), cone_latency + 3 - ramp_latency)
         m.d.comb += [at_top.i.eq(ramp), self.down.ramp.eq(at_top.o)]
-        assert self.slope_latency_of(config) + cone_latency + 3 == self.latency_of(config)
+        assert self.slope_latency_of(self.size_max) + cone_latency + 3 == self.latency_of(config, self.size_max)
         return m

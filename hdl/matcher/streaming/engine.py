@@ -2,107 +2,148 @@
 
 from amaranth import *
 from amaranth.lib import data, stream, wiring
-from amaranth.lib.fifo import SyncFIFOBuffered
 from amaranth.lib.memory import Memory
 from amaranth.lib.wiring import In, Out
 
-from golden.config import IN_USE_BITS, MINIMUM_BITS, PIXEL_BITS, WEIGHT_BITS, Fused, MatcherConfig
+from golden.config import PIXEL_BITS, MatcherConfig
 
 from ...parts.arithmetic import choose
 from ...parts.delay import Delay, StreamRegister
-from ..stream import FLAGS, CensusWord, ColumnWord, DisparityWord, LabelWord, copy_flags
-from .bec_array import BecArray, Queued, groups_of
+from ...parts.queue import Queue
+from ..lines import LineStore
+from ..stage import CostArray, LabelOutput, Selected
+from ..stream import copy_flags
 from .cones import Cones, Neighbours
-from .fused_array import FusedArray
 from .label_array import LabelArray
-from .right_view import LeftRightCheck
-from .sub_pixel import SubPixel
+from .labels import LabelMemory, Queued
 from .waves import WaveSource
 
 
 __all__ = ["StreamingEngine"]
 
 
+# Pixels in flight between source and admission beyond those inside the array: in the registers of the source's decision (2), of the
+# source (1), of the queue (2) and of its head (1), and those that keep labelling busy while the source issues the cycles of a line
+# that are no pixels, twice, around a decision that is made two pixels early. Too few would cost clocks, never a wrong disparity.
+QUEUE_MARGIN = 13
+
+# Likewise of the output: registers of the admission's decision, of the selection and of the queue.
+OUTPUT_MARGIN = 9
+
+
 class StreamingEngine(wiring.Component):
-    """BEC and graph cut at one pixel a cycle; ``LINEAR`` arithmetic. The golden model is :func:`golden.matcher.labelling.match`,
-    with the cost ``FUSED`` :func:`golden.matcher.fused.stages` up to the check.
+    """Costs and graph cut at one pixel a cycle; ``LINEAR`` arithmetic.
 
-    What recursion remains is ``f = T[f]``: the array prepares the answer for every label that the left neighbour may have, and one
-    multiplexer of ``D`` labels picks.
+    The golden models are :func:`golden.matcher.labelling.match` and :func:`golden.matcher.fused.stages`, by the array of costs and the
+    label output that it is given.
 
-    The arrays never stop. A pixel enters BEC only while the queue between BEC and the labelling has room for all that are on their way,
-    and is admitted to the labelling only while the output FIFO has, and its upper neighbour's disparity is in the line memory: lines
-    shorter than the array's latency run at a lower rate.
+    What recursion remains is ``f = T[f]``: the array of labels prepares the answer for every label that the left neighbour may have, and
+    one multiplexer of ``D`` labels picks.
+
+    The arrays never stop. A pixel is issued only while the queue between costs and labelling has room for all that are in flight, and is
+    admitted to the labelling only while the output queue has, and its upper neighbour's disparity is in the line memory: lines shorter
+    than the array's latency run at a lower rate.
 
     Timing: a pixel a cycle and two more a line; :attr:`latency` cycles from a wave to its disparity.
 
-    Memory: ``D`` costs for ``max_width + queue_depth + admission_latency + D - D/4`` pixels at most, a line of disparities, a line of
-    pixels, and the delays of :class:`LabelArray`. With the cost ``FUSED`` also those of :class:`FusedArray`, and the right
-    picture's labels, see :class:`LeftRightCheck`.
+    Memory: ``D`` data terms for ``max_width + queue_depth + admission_latency + D - D/4`` pixels at most, a line of disparities, a line of
+    pixels, the delays of :class:`LabelArray`, and what the array of costs and the label output have of their own.
+
+    Parameters
+    ----------
+    config : MatcherConfig
+    costs : type of CostArray
+    label_output : type of LabelOutput
+    registered : bool
+        Whether ``o`` is offered from a register: stages behind it decide much by its payload.
 
     Members
     -------
-    i : In(stream.Signature(ColumnWord())), or of CensusWord(config) with the cost ``FUSED``
-        With the line below, see :class:`hdl.matcher.lines.LineStore`.
-    o : Out(stream.Signature(DisparityWord(config))), or of LabelWord(config) with the cost ``FUSED``
-    u1, u2, u3 : In(WEIGHT_BITS)
+    i : In(stream.Signature(costs.columns_of(config)))
+        With the lines below, see :class:`hdl.matcher.lines.LineStore`.
+    o : Out(stream.Signature(label_output's o))
+    u1, u2, u3
         Weights; sampled a cycle after the first pixel of a frame was admitted.
-    in_use : In(IN_USE_BITS)
-        Labels in use; sampled as the first column of a frame comes.
-    minimum : In(MINIMUM_BITS)
-        Least disparity, pixels, by which the right picture is delayed; cost ``FUSED`` only, sampled likewise.
-    check : In(1)
-        Left-right check; without it every pixel passes. Cost ``FUSED`` only, sampled with the first pixel of a frame that is admitted.
+    in_use, and the settings of ``costs``
+        Sampled as the first column of a frame is accepted.
+    Settings of ``label_output``
+        Sampled with the first pixel of a frame that is admitted.
     """
     clocks_per_pixel = 1
+    rows = 3
 
-    def __init__(self, config: MatcherConfig):
+    def __init__(self, config: MatcherConfig, costs: type[CostArray], label_output: type[LabelOutput], *, registered: bool = False):
         self.config = config
-        self.fused = isinstance(config.method, Fused)
-        costs = FusedArray if self.fused else BecArray
-        self.source = WaveSource(config)
+        self.registered = registered
+        self.size_max = costs.size_max_of(config)
+        self.source = WaveSource(config, costs)
         self.array = LabelArray(config)
-        # Pixels between the entry of the array of costs and the labelling's: its depth, and what the queue's own registers hold up.
-        # (These depths carry the rate. Too small a one would cost clocks, never a wrong disparity.)
-        self.queue_depth = costs.latency_of(config) + costs.lag_of(config) + 13
-        # A cost is overwritten one line, and all that may be queued, after it was stored. Reading lags by the admission's pipeline, and in
-        # the top group by a cycle for each label below it; storing lags by a cycle for each group below it. One more, so that it is never
-        # overwritten as it is read.
-        *below, top = groups_of(config)
-        lag = self.admission_latency + top[0] - len(below) + 1
-        self.costs = costs(config, config.max_width + self.queue_depth + lag)
-        self.check_latency = LeftRightCheck.LATENCY if self.fused else 0
-        self.register_latency = StreamRegister.LATENCY if self.fused else 0  # behind the output FIFO
-        self.output_depth = self.admission_latency + self.array.latency + self.check_latency + 9
-        more = {"minimum": In(MINIMUM_BITS), "check": In(1)} if self.fused else {}
+        # Pixels between the array of costs and the labelling.
+        self.costs_latency = costs.latency_of(config) + costs.lag_of(config)
+        self.queue_depth = self.costs_latency + QUEUE_MARGIN
+        # A cost is overwritten one line, and all that may be queued, after it was stored. Reading lags by the admission's pipeline and by
+        # the line memory's skew. One more, so that no word is overwritten as it is read.
+        self.costs = costs(config, config.max_width + self.queue_depth + self.admission_latency + LabelMemory.skew_of(config) + 1)
+        self.output_depth = self.admission_latency + self.array.latency + label_output.latency + OUTPUT_MARGIN
+        self.label_output = label_output(
+            config, costs, in_flight=config.max_width + self.queue_depth + self.output_depth + config.labels,
+            array_latency=self.array.latency, selection_latency=self.selection_latency)
+        names = dict.fromkeys((*config.method.weights._fields, "in_use", *costs.settings, *label_output.settings))
         super().__init__({
-            "i": In(stream.Signature(CensusWord(config) if self.fused else ColumnWord())),
-            "o": Out(stream.Signature(LabelWord(config) if self.fused else DisparityWord(config))),
-            "u1": In(WEIGHT_BITS),
-            "u2": In(WEIGHT_BITS),
-            "u3": In(WEIGHT_BITS),
-            "in_use": In(IN_USE_BITS),
-            **more,
+            "i": In(stream.Signature(costs.columns_of(config))),
+            "o": Out(stream.Signature(self.label_output.o.shape())),
+            **{name: In(config.settings[name].bits) for name in names},
         })
 
     @property
-    def admission_latency(self):
+    def lines_below(self) -> int:
+        """Lines that follow a picture so that its last one is labelled; one more if costs of neighbouring lines are joined."""
+        return 2 if self.source.joins else 1
+
+    @property
+    def admission_latency(self) -> int:
         """Cycles from a pixel's admission to its wave at label 0."""
-        return 2 + Cones.latency_of(self.config)
+        return 2 + Cones.latency_of(self.config, self.size_max)
 
     @property
-    def round_trip(self):
+    def selection_latency(self) -> int:
+        """Cycles from a pixel's admission to its label."""
+        return self.admission_latency + self.array.latency + 1
+
+    @property
+    def round_trip(self) -> int:
         """Cycles from a pixel's admission to that of the pixel below it, at least."""
-        return self.admission_latency + self.array.latency + 3
+        return self.selection_latency + 2
 
     @property
-    def latency(self):
-        """Cycles from the wave that completes the pixel below, and all that its costs take, to a disparity at ``o``, if nothing waits."""
-        costs = self.costs.latency_of(self.config) + self.costs.lag_of(self.config)
-        labelling = self.admission_latency + self.array.latency + self.check_latency
-        return 1 + costs + 2 + StreamRegister.LATENCY + labelling + 3 + self.register_latency
+    def full_rate_width(self) -> int:
+        """Shortest line, in pixels, that is labelled at :attr:`clocks_per_pixel`; shorter ones take as long."""
+        return self.round_trip
 
-    def elaborate(self, platform):
+    @property
+    def latency(self) -> int:
+        """Cycles from the wave that completes the pixel below, and all that its costs take, to a disparity at ``o``, if nothing stalls."""
+        labelling = self.selection_latency + self.label_output.latency
+        return 1 + self.costs_latency + 2 + StreamRegister.LATENCY + labelling + 2 + StreamRegister.LATENCY * self.registered
+
+    def latency_clocks(self, lines: int, line_clocks: int) -> int:
+        """Bound of a disparity's latency beyond ``lines`` lines of a pixel a cycle, in cycles, behind a line store.
+
+        Every line that it waits for begins some cycles late, and a few at the ends.
+        """
+        return LineStore.PLUS_DEPTH + self.latency + (lines + 4) * (line_clocks + 1)
+
+    def frame_clocks(self, width: int, height: int, lines_above: int, line_clocks: int) -> int:
+        """Cycles from one frame's first disparity to the next one's, if pixels are offered and disparities taken without a pause.
+
+        ``lines_above`` lines arrive before the first can be labelled and take their time, as do those below the picture; those with a
+        line above them wait for its disparities.
+        """
+        flush = self.source.flush_waves
+        line = width + line_clocks + (flush if width < self.config.labels else 0)
+        return (lines_above + 1 + self.lines_below) * line + flush + (height - 1) * max(line, self.round_trip + 4)
+
+    def elaborate(self, platform: object) -> Module:
         m = Module()
         config = self.config
         labels = config.labels
@@ -110,32 +151,20 @@ class StreamingEngine(wiring.Component):
         m.submodules.costs = costs = self.costs
         m.submodules.array = array = self.array
         wiring.connect(m, wiring.flipped(self.i), source.i)
-        m.d.comb += [
-            source.in_use.eq(self.in_use), costs.wave.eq(source.wave), costs.pixel.eq(source.pixel),
-            costs.pixel_valid.eq(source.pixel_valid),
-        ]
-        if self.fused:
-            m.d.comb += [source.minimum.eq(self.minimum), costs.completion.eq(source.completion)]
-            if (isinstance(config.method, Fused) and config.method.vertical):
-                m.d.comb += costs.vertical.eq(source.vertical)
-        else:
-            m.d.comb += costs.store.eq(source.store)
+        m.d.comb += [source.in_use.eq(self.in_use), costs.i.eq(source.o)]
+        m.d.comb += [getattr(source, name).eq(getattr(self, name)) for name in costs.settings]
 
         # Queue.
-        queued = Queued(config)
-        m.submodules.queue = queue = SyncFIFOBuffered(width=queued.size, depth=self.queue_depth + 2)
-        m.submodules.head = head_register = StreamRegister(queued)
+        m.submodules.queue = queue = Queue(Queued(config), self.queue_depth + 2)
+        m.submodules.head = head_register = StreamRegister(Queued(config))
+        wiring.connect(m, queue.o, head_register.i)
         head = head_register.o.p
         admit = Signal()
-        m.d.comb += [
-            queue.w_data.eq(costs.queued), queue.w_en.eq(costs.queued_valid),
-            head_register.i.payload.eq(queue.r_data), head_register.i.valid.eq(queue.r_rdy), queue.r_en.eq(head_register.i.ready),
-            head_register.o.ready.eq(admit),
-        ]
-        on_the_way = Signal(range(self.queue_depth + 2))  # pixels between source and admission
-        m.d.sync += on_the_way.eq(on_the_way + source.pixel_valid - admit)
-        # From a register: a wave that this cycle may still let in is on its way when the next one is decided.
-        m.d.sync += source.go.eq(on_the_way + source.pixel_valid < self.queue_depth - 2)
+        m.d.comb += [queue.i.payload.eq(costs.queued), queue.i.valid.eq(costs.queued_valid), head_register.o.ready.eq(admit)]
+        in_flight = Signal(range(self.queue_depth + 2))  # pixels between source and admission
+        m.d.sync += in_flight.eq(in_flight + source.o.pixel_valid - admit)
+        # From a register: a wave that is issued in this cycle is in flight when the next one is decided.
+        m.d.sync += source.go.eq(in_flight + source.o.pixel_valid < self.queue_depth - 2)
 
         # Admission.
         x        = Signal(range(config.max_width))
@@ -175,8 +204,8 @@ class StreamingEngine(wiring.Component):
         ]
 
         # The pixel between its neighbours, and the waves that it sends along the labels.
-        m.submodules.cones = cones = Cones(config)
-        admitted = Signal(queued, reset_less=True)
+        m.submodules.cones = cones = Cones(config, self.size_max)
+        admitted = Signal(Queued(config), reset_less=True)
         has_left = Signal(reset_less=True)
         left     = Signal(PIXEL_BITS, reset_less=True)
         sampled  = Signal(cones.weights.shape(), reset_less=True)
@@ -187,7 +216,7 @@ class StreamingEngine(wiring.Component):
         of_frame = Mux(begins, Cat(self.u1, self.u2, self.u3), sampled)
         m.d.sync += begins.eq(admit & head.pixel.first)
         pixel = admitted.pixel
-        neighbours = Signal(Neighbours(config), reset_less=True)
+        neighbours = Signal(Neighbours(config, self.size_max), reset_less=True)
         weights    = Signal.like(sampled, reset_less=True)
         m.d.sync += [
             neighbours.pixel.eq(pixel.pixel), sampled.eq(of_frame), weights.eq(of_frame),
@@ -195,9 +224,9 @@ class StreamingEngine(wiring.Component):
             neighbours.has_left.eq(has_left), neighbours.has_upper.eq(pixel.has_upper), neighbours.has_lower.eq(pixel.has_lower),
             neighbours.upper_label.eq(result_read.data), neighbours.lower_label.eq(admitted.local),
         ]
-        if self.fused:
+        if self.size_max:
             m.d.comb += costs.take.eq(admit)
-            m.d.sync += neighbours.n.eq(costs.n)
+            m.d.sync += neighbours.size.eq(costs.size)
         m.d.comb += [
             cones.i.eq(neighbours), cones.weights.eq(weights),
             array.up.eq(cones.up), array.down.eq(cones.down), array.cost.eq(costs.cost),
@@ -213,19 +242,19 @@ class StreamingEngine(wiring.Component):
             m.d.sync += address.eq(Mux(address == costs.depth - 1, 0, address + 1))
 
         # Selection.
-        settings = {"minimum": MINIMUM_BITS, "check": 1} if self.fused else {}
-        turn = data.StructLayout({"valid": 1, "x": range(config.max_width), **settings, **FLAGS})
-        m.submodules.turn = turn_delay = Delay(turn, self.admission_latency + array.latency, clean=True)
+        label_output = self.label_output
+        turn = data.StructLayout({name: field.shape for name, field in Selected(config, label_output.settings) if name != "label"})
+        m.submodules.turn = turn_delay = Delay(turn, self.selection_latency - 1, clean=True)
         m.d.comb += [turn_delay.i.valid.eq(admit), turn_delay.i.x.eq(x), *copy_flags(turn_delay.i, head.pixel)]
-        if self.fused:
+        if label_output.settings:
             # Those of the frame, from its first pixel on.
-            held = Signal(data.StructLayout(settings), reset_less=True)
+            held = Signal(data.StructLayout({name: config.settings[name].bits for name in label_output.settings}), reset_less=True)
             with m.If(head.pixel.first):
-                m.d.comb += [turn_delay.i[name].eq(getattr(self, name)) for name in settings]
+                m.d.comb += [turn_delay.i[name].eq(getattr(self, name)) for name in label_output.settings]
             with m.Else():
-                m.d.comb += [turn_delay.i[name].eq(held[name]) for name in settings]
+                m.d.comb += [turn_delay.i[name].eq(held[name]) for name in label_output.settings]
             with m.If(admit & head.pixel.first):
-                m.d.sync += [held[name].eq(getattr(self, name)) for name in settings]
+                m.d.sync += [held[name].eq(getattr(self, name)) for name in label_output.settings]
         # A register for each bit's multiplexer, and one for all else that a disparity goes to: one alone would drive as many inputs as
         # there are labels, for each bit of a label, all over the device. They begin unlike, so that no tool makes one of them; a line's
         # first pixel has no left neighbour, and any will do for it.
@@ -243,61 +272,20 @@ class StreamingEngine(wiring.Component):
             result_write.addr.eq(done_turn.x), result_write.data.eq(disparity), result_write.en.eq(done), chosen.eq(done),
         ]
 
-        word = Signal(self.o.p.shape())
-        word_valid = done
-        if self.fused:
-            word_valid = self._check(m, word, disparity, done, done_turn)
-            # From the register behind the memory of sizes: two cycles after the admission.
-            m.submodules.size = size = Delay(word.size.shape(), turn_delay.clocks - 1 + self.check_latency)
-            m.d.comb += [size.i.eq(_bit_length(neighbours.n)), word.size.eq(size.o)]
-        else:
-            m.d.comb += [word.disparity.eq(disparity), *copy_flags(word, done_turn)]
-        m.submodules.output = output = SyncFIFOBuffered(width=word.shape().size, depth=self.output_depth)
-        given = self.o
-        if self.fused:  # the fill decides by what comes
-            m.submodules.output_register = register = StreamRegister(word.shape())
-            wiring.connect(m, register.o, wiring.flipped(self.o))
-            given = register.i
-        m.d.comb += [
-            output.w_data.eq(word), output.w_en.eq(word_valid),
-            given.payload.eq(output.r_data), given.valid.eq(output.r_rdy), output.r_en.eq(given.ready),
-            taken.eq(given.valid & given.ready),
-        ]
+        # Output.
+        m.submodules.label_output = label_output
+        wiring.connect(m, costs.beside, label_output.beside)
+        known = {name: done_turn[name] for name in turn.members} | {"valid": done, "label": disparity}
+        m.d.comb += [label_output.i[name].eq(value) for name, value in known.items()]
+        if self.size_max:
+            m.d.comb += label_output.size.eq(neighbours.size)
+        m.submodules.output = output = Queue(label_output.o.shape(), self.output_depth)
+        source_of_o = output.o
+        m.d.comb += [output.i.payload.eq(label_output.o), output.i.valid.eq(label_output.o_valid),
+                     taken.eq(output.o.valid & output.o.ready)]
+        if self.registered:
+            m.submodules.output_register = register = StreamRegister(label_output.o.shape())
+            wiring.connect(m, output.o, register.i)
+            source_of_o = register.o
+        wiring.connect(m, source_of_o, wiring.flipped(self.o))
         return m
-
-    def _check(self, m, word, label, done, turn):
-        """Left-right check of the label chosen: fills ``word`` but for the size; returns when it is valid."""
-        config = self.config
-        # How many right labels may come between a pixel's own and its turn: a line, and all that are on their way.
-        latest = config.max_width + self.queue_depth + self.output_depth + config.labels
-        m.submodules.check = check = LeftRightCheck(config, latest)
-        m.d.comb += [
-            check.right.eq(self.costs.right), check.right_valid.eq(self.costs.right_valid),
-            check.x.eq(turn.x), check.label.eq(label), check.valid.eq(done),
-            check.minimum.eq(turn.minimum), check.enable.eq(turn.check),
-        ]
-        beside = data.StructLayout({"valid": 1, "label": label.shape(), **FLAGS})
-        m.submodules.checked = checked = Delay(beside, check.LATENCY, clean=True)
-        m.d.comb += [
-            checked.i.valid.eq(done), checked.i.label.eq(label), *copy_flags(checked.i, turn),
-            word.passed.eq(check.passed), *copy_flags(word, checked.o),
-        ]
-        if config.method_as(Fused).refinement.sub_pixel:
-            m.submodules.sub_pixel = sub_pixel = SubPixel(config, self.array.latency + 1)
-            m.submodules.fraction = fraction = Delay(Value.cast(sub_pixel.fraction).shape(), check.LATENCY - 1)
-            m.d.comb += [
-                sub_pixel.sums.eq(self.costs.cost), sub_pixel.label.eq(label), fraction.i.eq(sub_pixel.fraction),
-                word.label.eq(checked.o.label * config.method.disparity_scale + Mux(check.passed, fraction.o, 0)),
-            ]
-        else:
-            m.d.comb += word.label.eq(checked.o.label)
-        return checked.o.valid
-
-
-def _bit_length(value):
-    """Bits of a number without leading zeros."""
-    bits = len(value)
-    length = Const(0, bits.bit_length())
-    for place in range(bits):
-        length = Mux(value[place], place + 1, length)
-    return length

@@ -9,12 +9,14 @@ from amaranth.lib.wiring import In, Out
 from golden.config import Fused, MatcherConfig
 
 from ...parts.delay import NO_COLLISION, Delay, data_register
-from ..stream import Column, Least
-from .bec_array import TREE, BecCell, LabelMemory, Queued, groups_of, least_of, seen_along
+from ..stage import CostArray
+from ..stream import CensusWord, Column, Least
+from .bec_array import BecCell
+from .labels import TREE, LabelMemory, Queued, groups_of, least_of, seen_along
 from .right_view import RightCell, RightWave
 from .support import Ends, SumWave, SupportSource
 from .vertical import VerticalSupport
-from .waves import BecWave, Completion, Pixel, VerticalWave
+from .waves import Issue, Pixel, VerticalWave, Wave
 
 
 __all__ = ["FusedArray", "FusedCell", "FusedGroup"]
@@ -147,13 +149,13 @@ class FusedGroup(wiring.Component):
 
     Timing: ``vertical`` of a wave is due with the costs of cells, :attr:`FusedCell.LATENCY` cycles after it, its ``sums`` with those that
     are joined, :meth:`cost_latency` cycles after it; ``total`` :attr:`TOTAL` cycles after ``ends``, ``least_i``
-    :data:`hdl.matcher.streaming.bec_array.TREE` cycles after that, ``least_o`` one later; every ``_o`` else a cycle after its ``_i``.
+    :data:`hdl.matcher.streaming.labels.TREE` cycles after that, ``least_o`` one later; every ``_o`` else a cycle after its ``_i``.
 
     Memory: two rings of running sums for all labels of the group, one for each end of a support; that of :class:`VerticalSupport`.
 
     Members
     -------
-    i : In(BecWave(config)), o : Out(BecWave(config))
+    i : In(Wave(config, CensusWord(config))), o : Out(Wave(config, CensusWord(config)))
     vertical_i : In(VerticalWave(config)), vertical_o : Out(VerticalWave(config))
         With vertical support only.
     sums_i : In(SumWave(config)), sums_o : Out(SumWave(config))
@@ -172,7 +174,8 @@ class FusedGroup(wiring.Component):
         least = Least(config.data_bits, config.labels)
         vertical = {"vertical_i": In(VerticalWave(config)), "vertical_o": Out(VerticalWave(config))}
         super().__init__({
-            "i": In(BecWave(config)), "o": Out(BecWave(config)), **(vertical if config.method_as(Fused).vertical else {}),
+            "i": In(Wave(config, CensusWord(config))), "o": Out(Wave(config, CensusWord(config))),
+            **(vertical if config.method_as(Fused).vertical else {}),
             "sums_i": In(SumWave(config)), "sums_o": Out(SumWave(config)),
             "ends_i": In(Ends(config)), "ends_o": Out(Ends(config)),
             "right_i": In(RightWave(config)), "right_o": Out(RightWave(config)),
@@ -240,83 +243,95 @@ class FusedGroup(wiring.Component):
         return m
 
 
-class FusedArray(wiring.Component):
-    """Support sums of the fused cost, laid out along the labels, and the labels of the right picture beside them.
+class FusedArray(CostArray):
+    """Support sums of the fused cost, laid out along the labels, with the labels of the right picture.
 
     Golden: :func:`golden.matcher.support.support_sums`, :func:`golden.matcher.refine.right_view`, on joined costs with vertical support.
-    The sums of a
-    group of labels go to a line memory of the group, which the labelling reads at its own pace.
-
-    Timing: ``queued`` :meth:`latency_of` cycles after the wave that completed the pixel ``lag_of`` pixels further right. ``address``,
-    ``cost``: as of :class:`hdl.matcher.streaming.bec_array.BecArray`; ``n`` of the next pixel a cycle after ``take``. ``right`` in the
-    order of pixels.
+    The sums of a group of labels go to a line memory of the group, which the labelling reads at its own pace.
 
     Memory: ``D * depth`` sums, two rings of running sums a group, ``depth`` sizes.
 
     Members
     -------
-    wave : In(BecWave(config)), completion : In(Completion())
-    vertical : In(VerticalWave(config))
-        With vertical support only.
-    pixel : In(Pixel()), pixel_valid : In(1)
-        The pixel to be labelled that the wave's pixel is below of.
-    queued : Out(Queued(config)), queued_valid : Out(1)
-    address : In(range(depth))
-    cost : Out(ArrayLayout(data_bits, D))
-        Complements.
-    take : In(1), n : Out(range(support_max + 1))
+    As of :class:`hdl.matcher.stage.CostArray`, and in ``beside``:
+
     right : Out(range(D)), right_valid : Out(1)
+        Labels of the right picture, in the order of its pixels.
+    cost : Out(ArrayLayout(data_bits, D))
+        ``cost`` again.
     """
-    def __init__(self, config: MatcherConfig, depth):
+    settings = ("minimum",)
+
+    @staticmethod
+    def columns_of(config: MatcherConfig) -> data.StructLayout:
+        return CensusWord(config)
+
+    @staticmethod
+    def join_threshold_of(config: MatcherConfig) -> int | None:
+        vertical = config.method_as(Fused).vertical
+        return vertical.vertical_threshold if vertical else None
+
+    @staticmethod
+    def flush_waves_of(config: MatcherConfig) -> int:
+        # A support needs pixels to the right of its own, and a label of the right picture D of them.
+        return max(config.labels, SupportSource.lag_of(config))
+
+    @staticmethod
+    def size_max_of(config: MatcherConfig) -> int:
+        return config.method_as(Fused).arms.support_max
+
+    @staticmethod
+    def lag_of(config: MatcherConfig) -> int:
+        return SupportSource.lag_of(config)
+
+    @staticmethod
+    def latency_of(config: MatcherConfig) -> int:
+        return FusedGroup.cost_latency(config) + 1 + FusedGroup.TOTAL + TREE + len(groups_of(config))
+
+    @staticmethod
+    def beside_of(config: MatcherConfig) -> wiring.Signature:
+        return wiring.Signature({
+            "right": Out(range(config.labels)), "right_valid": Out(1), "cost": Out(data.ArrayLayout(config.data_bits, config.labels)),
+        })
+
+    def __init__(self, config: MatcherConfig, depth: int):
         self.config = config
         self.depth = depth
         super().__init__({
-            "wave": In(BecWave(config)),
-            "completion": In(Completion()),
-            **({"vertical": In(VerticalWave(config))} if config.method_as(Fused).vertical else {}),
-            "pixel": In(Pixel()),
-            "pixel_valid": In(1),
+            "i": In(Issue(config, FusedArray)),
             "queued": Out(Queued(config)),
             "queued_valid": Out(1),
             "address": In(range(depth)),
             "cost": Out(data.ArrayLayout(config.data_bits, config.labels)),
             "take": In(1),
-            "n": Out(range(config.method_as(Fused).arms.support_max + 1)),
-            "right": Out(range(config.labels)),
-            "right_valid": Out(1),
+            "size": Out(range(self.size_max_of(config) + 1)),
+            "beside": Out(self.beside_of(config)),
         })
 
-    @staticmethod
-    def lag_of(config: MatcherConfig):
-        """Pixels that come in before the sums of one are known."""
-        return SupportSource.lag_of(config)
-
-    @staticmethod
-    def latency_of(config: MatcherConfig):
-        """Cycles from the wave that completed a support to the local disparity of its pixel."""
-        return FusedGroup.cost_latency(config) + 1 + FusedGroup.TOTAL + TREE + len(groups_of(config))
-
-    def elaborate(self, platform):
+    def elaborate(self, platform) -> Module:
         m = Module()
         config = self.config
         m.submodules.support = support = SupportSource(config, FusedGroup.cost_latency(config))
         m.d.comb += [
-            support.completion.eq(self.completion), support.pixel.eq(self.pixel), support.pixel_valid.eq(self.pixel_valid),
+            support.completion.eq(self.i.completion), support.pixel.eq(self.i.pixel), support.pixel_valid.eq(self.i.pixel_valid),
         ]
         slot = support.slot
 
         m.submodules.memory = memory = LabelMemory(config, self.depth)
         m.submodules.store_delay = store_delay = Delay(1, FusedGroup.TOTAL, clean=True)
         m.d.comb += [
-            store_delay.i.eq(slot.real), memory.write.eq(store_delay.o), memory.address.eq(self.address), self.cost.eq(memory.o),
+            store_delay.i.eq(slot.in_picture), memory.write.eq(store_delay.o), memory.address.eq(self.address),
+            self.cost.eq(memory.o), self.beside.cost.eq(memory.o),
         ]
 
         vertical = None
         if config.method_as(Fused).vertical:
             m.submodules.vertical = later = Delay(VerticalWave(config), FusedCell.LATENCY, clean=True)
-            m.d.comb += later.i.eq(self.vertical)
+            m.d.comb += later.i.eq(self.i.vertical)
             vertical = later.o
-        wave, sums, ends, right, least = self.wave, support.sums, support.ends, None, None
+        wave, sums, ends = self.i.wave, support.sums, support.ends
+        # Nothing enters the lowest group from below.
+        right, least = Signal(RightWave(config)), Signal(Least(config.data_bits, config.labels))
         for labels in groups_of(config):
             m.submodules[f"group_{labels[0]}"] = group = FusedGroup(config, labels)
             m.d.comb += [
@@ -326,32 +341,31 @@ class FusedArray(wiring.Component):
             if vertical is not None:
                 m.d.comb += group.vertical_i.eq(vertical)
                 vertical = group.vertical_o
-            if least is not None:
-                m.d.comb += [group.least_i.eq(least), group.right_i.eq(right)]
+            m.d.comb += [group.least_i.eq(least), group.right_i.eq(right)]
             wave, sums, ends, right, least = group.o, group.sums_o, group.ends_o, group.right_o, group.least_o
 
-        # The top label's pixel is complete as the next one comes: `right` is what it had then.
+        # The top label's pixel is complete as the next one moves up: `right` is what it had then.
         completed = Signal()
         m.d.sync += completed.eq(group.sums_i.completion.complete)
-        m.d.comb += [self.right.eq(right.least.index), self.right_valid.eq(completed & right.real)]
+        m.d.comb += [self.beside.right.eq(right.least.index), self.beside.right_valid.eq(completed & right.in_picture)]
 
-        beside = data.StructLayout({"pixel": Pixel(), "valid": 1})
-        m.submodules.beside = beside_delay = Delay(beside, FusedGroup.TOTAL + TREE + len(groups_of(config)), clean=True)
+        waiting = data.StructLayout({"pixel": Pixel(), "valid": 1})
+        m.submodules.beside = pixel_delay = Delay(waiting, FusedGroup.TOTAL + TREE + len(groups_of(config)), clean=True)
         m.d.comb += [
-            beside_delay.i.pixel.eq(slot.pixel), beside_delay.i.valid.eq(slot.pixel_valid),
-            self.queued.pixel.eq(beside_delay.o.pixel), self.queued.local.eq(least.index),
-            self.queued_valid.eq(beside_delay.o.valid),
+            pixel_delay.i.pixel.eq(slot.pixel), pixel_delay.i.valid.eq(slot.pixel_valid),
+            self.queued.pixel.eq(pixel_delay.o.pixel), self.queued.local.eq(least.index),
+            self.queued_valid.eq(pixel_delay.o.valid),
         ]
 
         # Sizes wait for their pixel's turn, a line later.
         m.submodules.sizes = sizes = Memory(shape=slot.n.shape(), depth=self.depth, init=[], attrs=NO_COLLISION)
         write, read = sizes.write_port(), sizes.read_port()
-        come, gone = Signal(range(self.depth)), Signal(range(self.depth))
-        for place, step in ((come, slot.real), (gone, self.take)):
+        write_index, read_index = Signal(range(self.depth)), Signal(range(self.depth))
+        for index, step in ((write_index, slot.in_picture), (read_index, self.take)):
             with m.If(step):
-                m.d.sync += place.eq(Mux(place == self.depth - 1, 0, place + 1))
+                m.d.sync += index.eq(Mux(index == self.depth - 1, 0, index + 1))
         m.d.comb += [
-            write.addr.eq(come), write.data.eq(slot.n), write.en.eq(slot.real),
-            read.addr.eq(gone), read.en.eq(self.take), self.n.eq(read.data),
+            write.addr.eq(write_index), write.data.eq(slot.n), write.en.eq(slot.in_picture),
+            read.addr.eq(read_index), read.en.eq(self.take), self.size.eq(read.data),
         ]
         return m

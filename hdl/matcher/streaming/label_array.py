@@ -179,7 +179,7 @@ class LabelArray(wiring.Component):
     transition : Out(ArrayLayout(range(D), D))
     """
     #: Labels whose answers wait in one memory.
-    GROUP = 5
+    LABELS_PER_MEMORY = 5
     #: Registers that carry the answers from the memories, which lie all over a device, to the multiplexer that all of them meet in.
     HOPS = 2
 
@@ -239,8 +239,8 @@ class LabelArray(wiring.Component):
             transition = later
         m.d.comb += self.transition.eq(transition)
         # Together. Label 0 is last; the others of a group wait for its lowest in registers, the group for label 0 in a memory.
-        for low in range(0, labels, self.GROUP):
-            group = range(low, min(low + self.GROUP, labels))
+        for low in range(0, labels, self.LABELS_PER_MEMORY):
+            group = range(low, min(low + self.LABELS_PER_MEMORY, labels))
             shape = data.ArrayLayout(range(labels), len(group))
             m.submodules[f"align_{low}"] = align = Delay(shape, low)
             for label in group:

@@ -18,11 +18,11 @@ __all__ = ["LeftRightCheck", "RightCell", "RightWave"]
 class RightWave(data.StructLayout):
     """A pixel of the right picture on its way along the labels: the least cost so far and its label.
 
-    ``closed``: its line has ended, no more candidates exist. ``real``: it is a pixel of the picture.
+    ``closed``: its line has ended, no more candidates exist. ``in_picture``: it is a pixel of the picture.
     """
     def __init__(self, config: MatcherConfig):
         super().__init__({
-            "least": Least(range(config.method_as(Fused).joined_max + 1), config.labels), "closed": 1, "real": 1,
+            "least": Least(range(config.method_as(Fused).joined_max + 1), config.labels), "closed": 1, "in_picture": 1,
         })
 
 
@@ -53,14 +53,14 @@ class RightCell(wiring.Component):
     def elaborate(self, platform):
         m = Module()
         least, closed_o = data_register(m, self.o.least, "least"), data_register(m, self.o.closed, "closed")
-        real = Signal()  # with a reset: those of a frame before it must not be counted
-        m.d.comb += self.o.real.eq(real)
+        in_picture = Signal()  # with a reset: those of a frame before it must not be counted
+        m.d.comb += self.o.in_picture.eq(in_picture)
         with m.If(self.completion.complete):
             if self.label == 0:
-                m.d.sync += [least.value.eq(self.cost), least.index.eq(0), closed_o.eq(0), real.eq(self.completion.real)]
+                m.d.sync += [least.value.eq(self.cost), least.index.eq(0), closed_o.eq(0), in_picture.eq(self.completion.in_picture)]
             else:
-                closed = self.i.closed | self.completion.fresh
-                m.d.sync += [least.eq(self.i.least), closed_o.eq(closed), real.eq(self.i.real)]
+                closed = self.i.closed | self.completion.starts_line
+                m.d.sync += [least.eq(self.i.least), closed_o.eq(closed), in_picture.eq(self.i.in_picture)]
                 with m.If((self.cost < self.i.least.value) & ~closed):
                     m.d.sync += [least.value.eq(self.cost), least.index.eq(self.label)]
         return m

@@ -97,7 +97,7 @@ class SubPixel(wiring.Component):
     fraction : Out(FRACTION)
     """
     #: Labels whose fractions wait in one memory.
-    GROUP = 8
+    LABELS_PER_MEMORY = 8
 
     def __init__(self, config: MatcherConfig, latency):
         self.config = config
@@ -116,8 +116,8 @@ class SubPixel(wiring.Component):
         later = [Signal(config.data_bits, name=f"sum_{label}", reset_less=True) for label in range(labels)]
         m.d.sync += [register.eq(value) for register, value in zip(later, self.sums)]
         fractions = [Const(0, bits)] * labels
-        for low in range(inner.start, inner.stop, self.GROUP):
-            group = range(low, min(low + self.GROUP, inner.stop))
+        for low in range(inner.start, inner.stop, self.LABELS_PER_MEMORY):
+            group = range(low, min(low + self.LABELS_PER_MEMORY, inner.stop))
             # The group's top label is last to be ready; it waits in the memory only, the others in registers before.
             rest = self.latency - 1 - FractionCell.LATENCY - group[-1]
             m.submodules[f"align_{low}"] = align = Delay(data.ArrayLayout(bits, len(group)), rest)

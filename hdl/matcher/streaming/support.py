@@ -50,11 +50,11 @@ class StepDelay(wiring.Component):
             write.addr.eq(place), write.data.eq(self.i), write.en.eq(self.step),
         ]
         stepped = Signal()
-        real    = Signal()
-        m.d.sync += [stepped.eq(self.step), real.eq(around)]
+        in_picture    = Signal()
+        m.d.sync += [stepped.eq(self.step), in_picture.eq(around)]
         o = data_register(m, self.o)
         with m.If(stepped):
-            m.d.sync += o.eq(Mux(real, Value.cast(read.data), 0))
+            m.d.sync += o.eq(Mux(in_picture, Value.cast(read.data), 0))
         return m
 
 
@@ -69,7 +69,7 @@ class Arms(wiring.Component):
     -------
     step : In(1)
         A pixel comes, or none, but the support of another one moves on.
-    fresh : In(1)
+    starts_line : In(1)
         The pixel is the first of its line, or there is none.
     grey : In(PIXEL_BITS)
     l, r : Out(range(reach + 1))
@@ -80,7 +80,7 @@ class Arms(wiring.Component):
         self.config = config
         self.reach = config.method_as(Fused).arms.reach
         length = range(self.reach + 1)
-        super().__init__({"step": In(1), "fresh": In(1), "grey": In(PIXEL_BITS), "l": Out(length), "r": Out(length)})
+        super().__init__({"step": In(1), "starts_line": In(1), "grey": In(PIXEL_BITS), "l": Out(length), "r": Out(length)})
 
     def elaborate(self, platform):
         m = Module()
@@ -93,7 +93,7 @@ class Arms(wiring.Component):
         near = [Signal(name=f"near_{j}", reset_less=True) for j in range(1, reach + 1)]
         with m.If(self.step):
             m.d.sync += [tap.eq(source) for tap, source in zip(taps, [self.grey, *taps])]
-            m.d.sync += [flag.eq(source & ~self.fresh) for flag, source in zip(near, [Const(1, 1), *near])]
+            m.d.sync += [flag.eq(source & ~self.starts_line) for flag, source in zip(near, [Const(1, 1), *near])]
         steps = [self.step]
         for stage in range(1, 5):
             steps.append(Signal(name=f"step_{stage}"))
@@ -165,7 +165,7 @@ class Ends(data.StructLayout):
 class Slot(data.StructLayout):
     """A pixel whose support is complete: what the labelling must know of it, whether its sums are kept, and the support's size."""
     def __init__(self, config: MatcherConfig):
-        super().__init__({"pixel": Pixel(), "pixel_valid": 1, "real": 1, "n": range(config.method_as(Fused).arms.support_max + 1)})
+        super().__init__({"pixel": Pixel(), "pixel_valid": 1, "in_picture": 1, "n": range(config.method_as(Fused).arms.support_max + 1)})
 
 
 class SupportSource(wiring.Component):
@@ -222,13 +222,13 @@ class SupportSource(wiring.Component):
         m.d.comb += [later.i.eq(sums), self.sums.eq(later.o)]
 
         m.submodules.arms = arms = Arms(config)
-        m.d.comb += [arms.step.eq(completion.complete), arms.fresh.eq(completion.fresh), arms.grey.eq(self.pixel.lower)]
+        m.d.comb += [arms.step.eq(completion.complete), arms.starts_line.eq(completion.starts_line), arms.grey.eq(self.pixel.lower)]
 
-        waiting = data.StructLayout({"pixel": Pixel(), "pixel_valid": 1, "real": 1, "place": place.shape()})
+        waiting = data.StructLayout({"pixel": Pixel(), "pixel_valid": 1, "in_picture": 1, "place": place.shape()})
         m.submodules.waiting = wait = StepDelay(waiting, self.lag_of(config))
         m.submodules.beside = beside = Delay(waiting, Arms.LATENCY - StepDelay.LATENCY)
         m.d.comb += [
-            wait.i.pixel.eq(self.pixel), wait.i.pixel_valid.eq(self.pixel_valid), wait.i.real.eq(completion.real),
+            wait.i.pixel.eq(self.pixel), wait.i.pixel_valid.eq(self.pixel_valid), wait.i.in_picture.eq(completion.in_picture),
             wait.i.place.eq(place), wait.step.eq(completion.complete), beside.i.eq(wait.o),
         ]
         stepped = [completion.complete]
@@ -239,12 +239,12 @@ class SupportSource(wiring.Component):
         ends = Signal(Ends(config), reset_less=True)
         slot = Signal(Slot(config))
         pixel, n = (Signal.like(slot[name], name=f"slot_{name}", reset_less=True) for name in ("pixel", "n"))
-        valid, real = Signal(), Signal()  # with a reset: a slot of a frame before it must not go on
-        m.d.comb += slot.eq(Cat(pixel, valid, real, n))
+        valid, in_picture = Signal(), Signal()  # with a reset: a slot of a frame before it must not go on
+        m.d.comb += slot.eq(Cat(pixel, valid, in_picture, n))
         m.d.sync += [
             ends.low.eq(beside.o.place - arms.l), ends.high.eq(beside.o.place + arms.r + 1),
             pixel.eq(beside.o.pixel), n.eq(arms.l + arms.r + 1),
-            valid.eq(beside.o.pixel_valid & stepped[-1]), real.eq(beside.o.real & stepped[-1]),
+            valid.eq(beside.o.pixel_valid & stepped[-1]), in_picture.eq(beside.o.in_picture & stepped[-1]),
         ]
         rest = self.latency + 1 - Arms.LATENCY - 1
         m.submodules.ends = ends_later = Delay(Ends(config), rest)

@@ -53,7 +53,7 @@ def test_wide(minimum):
 def test_latency_and_rate():
     cycles = {}
     run_stream(shift(), pixel_words(*noise(9, 3, 1)), rng=np.random.default_rng(1), inputs={"minimum": 2}, cycles=cycles)
-    assert cycles["o"] == [cycle + RightShift.LATENCY for cycle in cycles["i"]]
+    assert cycles["o"] == [cycle + RightShift.latency for cycle in cycles["i"]]
     assert all(b - a == 1 for a, b in pairwise(cycles["o"]))
 
 

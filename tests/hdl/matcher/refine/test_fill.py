@@ -74,8 +74,8 @@ def test_rate_and_latency(width, share):
     cycles = {}
     frames = [(label_words(*picture(rng, config, width, height, share)), {"enable": 1}) for height in (5, 1, 3)]
     run_frames(dut, frames, rng=rng, cycles=cycles)
-    assert np.unique(np.diff(cycles["i"])).tolist() == [1 + dut.LINE_CLOCKS]
-    assert np.unique(np.subtract(cycles["o"], cycles["i"])).tolist() == [dut.LINES * width + dut.latency]
+    assert np.unique(np.diff(cycles["i"])).tolist() == [1 + dut.line_clocks]
+    assert np.unique(np.subtract(cycles["o"], cycles["i"])).tolist() == [dut.lines * width + dut.latency]
 
 
 def test_line_leaves_when_complete():

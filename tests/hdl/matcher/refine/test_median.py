@@ -87,7 +87,7 @@ def test_rate_and_latency(width, window):
     config = config_of(max_width=50, window=window)
     rng = np.random.default_rng(1)
     dut = Median(config)
-    line = width + dut.LINE_CLOCKS
+    line = width + dut.line_clocks
     cycles = {}
     heights = (4, 1, 2)
     frames = [(label_words(*picture(rng, config, width, height)), {"enable": n % 2, "minimum": n}) for n, height in enumerate(heights)]
@@ -95,7 +95,7 @@ def test_rate_and_latency(width, window):
     tops = np.cumsum([0, *(height + dut.FRAME_LINES for height in heights)])
     places = [(top + y) * line + x for top, height in zip(tops, heights) for y in range(height) for x in range(width)]
     assert (np.array(cycles["i"]) - cycles["i"][0]).tolist() == places
-    assert np.unique(np.subtract(cycles["o"], cycles["i"])).tolist() == [dut.LINES * line + dut.latency]
+    assert np.unique(np.subtract(cycles["o"], cycles["i"])).tolist() == [dut.lines * line + dut.latency]
 
 
 def test_output_may_wait():

@@ -5,7 +5,8 @@ from golden.config import Arithmetic, MatcherConfig, OnePass
 from golden.matcher.cost import local_disparity, matching_cost
 from golden.matcher.lines import line_store
 from golden.pictures.scenes import scene
-from hdl.matcher.streaming.bec_array import BecArray, LabelMemory, groups_of
+from hdl.matcher.streaming.bec_array import BecArray
+from hdl.matcher.streaming.labels import LabelMemory, groups_of
 from sim.kit.cases import noise
 from sim.kit.clocked import run_clocked
 
@@ -23,14 +24,14 @@ def waves_of(left, right, in_use, rng, stall, begin=0):
                 # A bubble: what it carries must not matter.
                 wave = {"valid": 0, "pre": int(rng.integers(2)), "inside": 1,
                         "left": dict.fromkeys(NAMES, int(rng.integers(256))), "right": dict.fromkeys(NAMES, 0)}
-                yield {"wave": wave, "store": 0, "pixel_valid": 0}, None
+                yield {"i": {"wave": wave, "store": 0, "pixel_valid": 0}}, None
             column = min(max(x, 0), width - 1)
             sides = {side: dict(zip(NAMES, lines[y][column])) for side, lines in zip(("left", "right"), columns)}
             done = x >= 1
             wave = {"valid": 1, "pre": int(x < 0), "inside": int(x >= 0), "in_use": in_use, **sides}
             number = y * width + x - 1 + begin
             pixel = {"pixel": number % 256, "lower": number // 256 % 256}
-            yield {"wave": wave, "store": int(done), "pixel": pixel, "pixel_valid": int(done)}, (y, x - 1) if done else None
+            yield {"i": {"wave": wave, "store": int(done), "pixel": pixel, "pixel_valid": int(done)}}, (y, x - 1) if done else None
 
 
 @pytest.mark.parametrize("stall", [0.0, 0.4])
@@ -51,7 +52,7 @@ def test_matches_golden(labels, width, height, stall):
     cycles = [cycle for number, (pair, config) in enumerate(zip(pictures, configs))
               for cycle in waves_of(*pair, config.labels_in_use, rng, stall, number * width * height)]
     waves = [inputs for inputs, _ in cycles]
-    idle = {"wave": {"valid": 0, "in_use": configs[1].labels_in_use}, "store": 0, "pixel_valid": 0}
+    idle = {"i": {"wave": {"valid": 0, "in_use": configs[1].labels_in_use}, "store": 0, "pixel_valid": 0}}
     # Then every cost is read; label d shows it d + 2 cycles after the address.
     reads = [{**idle, "address": place} for place in range(count)]
     out = run_clocked(dut, [*waves, *[idle] * (latency + 5), *reads], ["queued", "queued_valid", "cost"], idle=idle, drain=labels + 2)

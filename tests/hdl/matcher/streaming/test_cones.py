@@ -37,18 +37,20 @@ def neighbours(labels, count, rng):
 def test_matches_golden(config, weights):
     labels = config.labels
     pixels = list(neighbours(labels, 40, np.random.default_rng(1)))
+    size_max = 0
     if isinstance(config.method, Fused):
+        size_max = config.method.arms.support_max
         # The size of the support; of the last pixel the greatest, which has a corner of the rest too.
-        sizes = np.random.default_rng(2).integers(1, config.method_as(Fused).arms.support_max + 1, len(pixels)).tolist()
-        pixels = [pixel | {"n": n} for pixel, n in zip(pixels, sizes)]
-        pixels += [pixel | {"n": config.method_as(Fused).arms.support_max} for pixel in pixels[-96:]]
-    dut = Cones(config)
-    latency = Cones.latency_of(config)
+        sizes = np.random.default_rng(2).integers(1, size_max + 1, len(pixels)).tolist()
+        pixels = [pixel | {"size": n} for pixel, n in zip(pixels, sizes)]
+        pixels += [pixel | {"size": size_max} for pixel in pixels[-96:]]
+    dut = Cones(config, size_max)
+    latency = Cones.latency_of(config, size_max)
     out = run_clocked(dut, [{"i": pixel, "weights": list(weights)} for pixel in pixels], ["up", "down"], drain=latency)
 
     for pixel, waves in zip(pixels, out[latency:], strict=True):
         w1, w2, w3 = (
-            int(slope(np.array(abs(pixel["pixel"] - pixel[name])), weight, config)) * pixel.get("n", 1) if pixel[f"has_{name}"] else 0
+            int(slope(np.array(abs(pixel["pixel"] - pixel[name])), weight, config)) * pixel.get("size", 1) if pixel[f"has_{name}"] else 0
             for weight, name in zip(weights, ("left", "upper", "lower")))
         upper = pixel["upper_label"] if pixel["has_upper"] else 0
         expected = cones(upper, pixel["lower_label"], w1, w2, w3, config).tolist()

@@ -11,8 +11,8 @@ from golden.config import FUSED_1, Fused, MatcherConfig, changed
 from golden.matcher.fused import stages
 from golden.pictures.scenes import scene
 from hdl.matcher.stream import CensusWord
-from hdl.matcher.streaming.bec_array import Queued
 from hdl.matcher.streaming.fused_array import FusedArray, signed_digits
+from hdl.matcher.streaming.labels import Queued
 from hdl.matcher.streaming.waves import WaveSource
 from sim.kit.cases import engine_words, noise
 from sim.kit.streams import send
@@ -26,7 +26,7 @@ class Rig(wiring.Component):
     """The array behind the source of its waves."""
     def __init__(self, config, depth):
         self.config = config
-        self.source = WaveSource(config)
+        self.source = WaveSource(config, FusedArray)
         self.array = FusedArray(config, depth)
         label = range(config.labels)
         super().__init__({
@@ -41,15 +41,12 @@ class Rig(wiring.Component):
         m.submodules.source = source = self.source
         m.submodules.array = array = self.array
         wiring.connect(m, wiring.flipped(self.i), source.i)
-        if self.config.method_as(Fused).vertical:
-            m.d.comb += array.vertical.eq(source.vertical)
         m.d.comb += [
             source.go.eq(self.go), source.in_use.eq(self.in_use), source.minimum.eq(self.minimum),
-            array.wave.eq(source.wave), array.completion.eq(source.completion),
-            array.pixel.eq(source.pixel), array.pixel_valid.eq(source.pixel_valid),
+            array.i.eq(source.o),
             self.queued.eq(array.queued), self.queued_valid.eq(array.queued_valid),
-            self.right.eq(array.right), self.right_valid.eq(array.right_valid),
-            array.address.eq(self.address), self.cost.eq(array.cost), array.take.eq(self.take), self.n.eq(array.n),
+            self.right.eq(array.beside.right), self.right_valid.eq(array.beside.right_valid),
+            array.address.eq(self.address), self.cost.eq(array.cost), array.take.eq(self.take), self.n.eq(array.size),
         ]
         return m
 

@@ -67,12 +67,12 @@ def test_arms(reach, threshold, stall):
     for line in lines(rng, threshold):
         l, r = arms(line, config_of(reach, threshold).method.arms)
         expected += zip(l[0].tolist(), r[0].tolist())
-        given += [{"step": 1, "fresh": int(x == 0), "grey": int(grey)} for x, grey in enumerate(line[0])]
-    given += [{"step": 1, "fresh": 1, "grey": 100}] * (reach + 1)  # steps without a pixel
+        given += [{"step": 1, "starts_line": int(x == 0), "grey": int(grey)} for x, grey in enumerate(line[0])]
+    given += [{"step": 1, "starts_line": 1, "grey": 100}] * (reach + 1)  # steps without a pixel
     inputs = []
     for word in given:
         while rng.random() < stall:
-            inputs.append({"step": 0, "fresh": int(rng.integers(2)), "grey": int(rng.integers(256))})
+            inputs.append({"step": 0, "starts_line": int(rng.integers(2)), "grey": int(rng.integers(256))})
         inputs.append(word)
     dut = Arms(config_of(reach, threshold))
     out = run_clocked(dut, inputs, ["l", "r"], drain=dut.LATENCY, idle={"step": 0})
@@ -88,26 +88,27 @@ def test_support_source(reach, stall):
     """What the addresses lead to: rings as the groups keep them, here of the pixels' own numbers."""
     config = config_of(reach)
     rng = np.random.default_rng(3)
-    nothing = {"clear": 0, "complete": 0, "fresh": 0, "real": 0}
+    nothing = {"clear": 0, "complete": 0, "starts_line": 0, "in_picture": 0}
     inputs, expected, number = [], [], 0
 
     def put(completion, **pixel):
         while rng.random() < stall:
-            inputs.append({"completion": {**nothing, "fresh": int(rng.integers(2))}, "pixel_valid": 0})
+            inputs.append({"completion": {**nothing, "starts_line": int(rng.integers(2))}, "pixel_valid": 0})
         inputs.append({"completion": {**nothing, **completion}, "pixel_valid": 0, **pixel})
 
     for line in lines(rng, 10):
         l, r = arms(line, config.method.arms)
         put({"clear": 1})
-        real = int(rng.integers(2))
+        in_picture = int(rng.integers(2))
         for x, grey in enumerate(line[0].tolist()):
-            put({"complete": 1, "fresh": int(x == 0), "real": real}, pixel={"lower": grey, "pixel": number % 256}, pixel_valid=int(x != 1))
+            put({"complete": 1, "starts_line": int(x == 0), "in_picture": in_picture},
+                pixel={"lower": grey, "pixel": number % 256}, pixel_valid=int(x != 1))
             first, beyond = x - int(l[0, x]), x + int(r[0, x]) + 1
-            expected.append({"pixel": number % 256, "pixel_valid": int(x != 1), "real": real, "n": beyond - first,
+            expected.append({"pixel": number % 256, "pixel_valid": int(x != 1), "in_picture": in_picture, "n": beyond - first,
                              "sum": sum(line[0, first:beyond].tolist())})
             number += 1
     for _ in range(reach + 1):
-        put({"complete": 1, "fresh": 1})
+        put({"complete": 1, "starts_line": 1})
 
     latency = 7
     dut = SupportSource(config, latency)
@@ -116,13 +117,13 @@ def test_support_source(reach, stall):
     for cycle, word in enumerate(out):
         # A cycle after the sums come the ends: the ring is read before it is written anew.
         slot = word["slot"]
-        if slot.pixel_valid or slot.real:
+        if slot.pixel_valid or slot.in_picture:
             ends = word["ends"]
-            got.append({"pixel": slot.pixel.pixel, "pixel_valid": slot.pixel_valid, "real": slot.real, "n": slot.n,
+            got.append({"pixel": slot.pixel.pixel, "pixel_valid": slot.pixel_valid, "in_picture": slot.in_picture, "n": slot.n,
                         "sum": ring[ends.high] - ring[ends.low]})
         completion = word["sums"].completion
         if completion.clear or completion.complete:
             ring[word["sums"].place] = total
             grey = inputs[cycle - latency].get("pixel", {}).get("lower", 0)
             total = 0 if completion.clear else total + grey
-    assert got == [word for word in expected if word["pixel_valid"] or word["real"]]
+    assert got == [word for word in expected if word["pixel_valid"] or word["in_picture"]]

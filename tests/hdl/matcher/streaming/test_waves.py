@@ -6,6 +6,7 @@ from amaranth.sim import Simulator
 
 from golden.config import FUSED_1, MatcherConfig, changed
 from golden.matcher.vertical import alike
+from hdl.matcher.streaming.fused_array import FusedArray
 from hdl.matcher.streaming.waves import WaveSource
 from sim.kit.cases import engine_words, noise
 from sim.kit.streams import send
@@ -16,7 +17,7 @@ def test_long_lines(minimum, vertical):
     """A right column is there from the least disparity to the end of the line; waves without a pixel follow the frame alone."""
     width, height = 600, 2
     config = MatcherConfig(2, width, minimum, method=changed(FUSED_1, census_rows=1, census_columns=1, vertical_lines=vertical))
-    dut = WaveSource(config)
+    dut = WaveSource(config, FusedArray)
     words = engine_words(*noise(width, height, seed=1).astype(np.uint8), config)
     inside = []
 
@@ -28,7 +29,7 @@ def test_long_lines(minimum, vertical):
         await ctx.tick().repeat(dut.flush_waves + 10)
 
     async def watch(ctx):
-        async for _, _, wave in ctx.tick().sample(dut.wave):
+        async for _, _, wave in ctx.tick().sample(dut.o.wave):
             if wave.valid:
                 inside.append(wave.inside)
 
@@ -45,7 +46,7 @@ def test_long_lines(minimum, vertical):
 def test_vertical_neighbours(threshold):
     """Which neighbours of the pixel above are alike, at the threshold and next to it, at the picture's edges and beyond a frame's end."""
     config = MatcherConfig(2, 9, method=changed(FUSED_1, census_rows=1, census_columns=1, vertical_lines=1, vertical_threshold=threshold))
-    dut = WaveSource(config)
+    dut = WaveSource(config, FusedArray)
     rng = np.random.default_rng(1)
     levels = [0, 10, 21, 31, 245, 255]
     pictures = [rng.choice(levels, size).astype(np.uint8) for size in ((7, 9), (1, 4), (2, 1), (6, 8))]
@@ -59,7 +60,7 @@ def test_vertical_neighbours(threshold):
         await ctx.tick().repeat(dut.flush_waves + 10)
 
     async def watch(ctx):
-        async for _, _, vertical in ctx.tick().sample(dut.vertical):
+        async for _, _, vertical in ctx.tick().sample(dut.o.vertical):
             if vertical.write:
                 given.append((vertical.column, vertical.above, vertical.below))
 

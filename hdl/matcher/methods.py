@@ -1,0 +1,74 @@
+"""Which methods there are, and the parts that each is made of. The one file of the gateware that knows."""
+
+from dataclasses import dataclass
+
+from golden.config import Engine, Fused, MatcherConfig, OnePass
+
+from .census import CensusStage
+from .refine.fill import Fill
+from .refine.median import Median
+from .sequential.bec import Bec
+from .sequential.engine import SequentialEngine
+from .shift import RightShift
+from .stage import CostArray, LabelOutput, Stage
+from .streaming.bec_array import BecArray
+from .streaming.engine import StreamingEngine
+from .streaming.fused_array import FusedArray
+from .streaming.label_output import CheckedLabel, PlainLabel
+
+
+__all__ = ["METHODS", "Composition", "Parts", "compose"]
+
+
+@dataclass(frozen=True)
+class Parts:
+    """The parts of a method, in the order of the stream.
+
+    Parameters
+    ----------
+    costs : type of CostArray
+        Of the streaming engine.
+    label_output : type of LabelOutput
+        What follows the selection of a label.
+    pixels, columns, labels : tuple of types of Stage
+        Stages in front of the line store, between it and the engine, and behind the engine.
+    """
+    costs: type[CostArray]
+    label_output: type[LabelOutput] = PlainLabel
+    pixels: tuple[type[Stage], ...] = ()
+    columns: tuple[type[Stage], ...] = ()
+    labels: tuple[type[Stage], ...] = ()
+
+
+#: A method's class to its parts. A third method is a row here, beside its golden functions in :mod:`golden.matcher.matcher`.
+METHODS: dict[type, Parts] = {
+    OnePass: Parts(costs=BecArray),
+    Fused: Parts(pixels=(RightShift,), columns=(CensusStage,), costs=FusedArray, label_output=CheckedLabel, labels=(Fill, Median)),
+}
+
+
+@dataclass(frozen=True)
+class Composition:
+    """What a configuration's matcher is made of: stages, and an engine between them."""
+    pixels: tuple[Stage, ...]
+    columns: tuple[Stage, ...]
+    engine: StreamingEngine | SequentialEngine
+    labels: tuple[Stage, ...]
+
+    @property
+    def stages(self) -> tuple[Stage, ...]:
+        """All stages, in the order of the stream."""
+        return (*self.pixels, *self.columns, *self.labels)
+
+
+def compose(config: MatcherConfig) -> Composition:
+    """The parts of a configuration, constructed; :class:`ValueError` if there is no gateware for it."""
+    parts = METHODS[type(config.method)]
+    if config.minimum and "minimum" not in config.settings:
+        raise ValueError(f"the method {config.method.name} has gateware for the least disparity 0 only, not {config.minimum}")
+    pixels, labels = (tuple(stage(config) for stage in stages) for stages in (parts.pixels, parts.labels))
+    if config.engine is Engine.STREAMING:
+        engine = StreamingEngine(config, parts.costs, parts.label_output, registered=bool(parts.labels))
+        return Composition(pixels, tuple(stage(config) for stage in parts.columns), engine, labels)
+    bec = Bec(config)
+    return Composition(pixels, (bec,), SequentialEngine(config, bec), labels)

@@ -1,0 +1,156 @@
+"""What arrays of costs share: groups of labels, the least of a group, the right picture's way along the labels, a line memory."""
+
+from amaranth import *
+from amaranth.lib import data, wiring
+from amaranth.lib.memory import Memory
+from amaranth.lib.wiring import In, Out
+
+from golden.config import MatcherConfig
+
+from ...parts.delay import NO_COLLISION, Delay, data_register
+from .waves import Pixel
+
+
+__all__ = ["LABELS_PER_GROUP", "TREE", "LabelMemory", "Queued", "groups_of", "least_of", "seen_along"]
+
+
+#: Levels of a group's tree, each a register.
+TREE = 2
+
+
+def least_of(m, values, first, least_i, least_o):
+    """The least of a group and of those below it; all are complements, hence the greatest. The smaller label stays on a tie.
+
+    ``least_i`` is due :data:`TREE` cycles after ``values``, ``least_o`` comes a cycle later.
+    """
+    # The lower label stands first.
+    rivals = [(value, Const(0, 0)) for value in values]
+    for level in range(TREE):
+        winners = []
+        for n in range(0, len(rivals), 2):
+            value = Signal.like(values[0], name=f"least_{level}_{n // 2}", reset_less=True)
+            index = Signal(level + 1, name=f"label_{level}_{n // 2}", reset_less=True)
+            (low, low_index), (high, high_index) = rivals[n], rivals[min(n + 1, len(rivals) - 1)]
+            above = high > low
+            m.d.sync += [value.eq(Mux(above, high, low)), index.eq(Mux(above, Cat(high_index, Const(1, 1)), low_index))]
+            winners.append((value, index))
+        rivals = winners
+    (value, index), = rivals
+    register = data_register(m, least_o)
+    if first == 0:
+        m.d.sync += [register.value.eq(value), register.index.eq(index)]
+    else:
+        with m.If(value > least_i.value):
+            m.d.sync += [register.value.eq(value), register.index.eq(first + index)]
+        with m.Else():
+            m.d.sync += register.eq(least_i)
+
+
+#: Labels that work in the same cycle, and share a word of a line memory.
+LABELS_PER_GROUP = 4
+
+
+def groups_of(config: MatcherConfig):
+    """The labels of each group."""
+    return [range(low, min(low + LABELS_PER_GROUP, config.labels)) for low in range(0, config.labels, LABELS_PER_GROUP)]
+
+
+def seen_along(m, labels, i, o):
+    """What the labels of a group see of the right picture; hands the wave on to the group above, a cycle later.
+
+    Parameters
+    ----------
+    m : Module
+    labels : range
+    i, o : View of Wave
+        The wave as it comes in, and where it goes.
+
+    Yields
+    ------
+    label : int
+    seen : dict of str to Value
+        The wave's fields of the right picture at ``x - label``.
+    inside : Value
+        Whether there is one, and the label is in use.
+    """
+    shape = i.shape()
+    seen, inside = {name: i[name] for name in shape.members if name.startswith("right")}, i.inside
+    for label in labels:
+        yield label, seen, inside & (i.in_use > label)
+        # The next label looks one pixel further left: at the right column of the wave before.
+        before = {name: Signal.like(value, name=f"{name}_{label}", reset_less=True) for name, value in seen.items()}
+        before_inside = Signal(name=f"inside_{label}", reset_less=True)
+        with m.If(i.valid):
+            m.d.sync += [register.eq(seen[name]) for name, register in before.items()]
+            m.d.sync += before_inside.eq(inside)
+        seen, inside = before, before_inside & ~i.pre
+    m.d.sync += o.valid.eq(i.valid)
+    moved = {name: i[name] for name in shape.members if name != "valid"} | seen | {"inside": inside}
+    m.d.sync += [data_register(m, o[name], f"o_{name}").eq(value) for name, value in moved.items()]
+
+
+class Queued(data.StructLayout):
+    """A pixel to be labelled, and the local disparity of the one below it."""
+    def __init__(self, config: MatcherConfig):
+        super().__init__({"pixel": Pixel(), "local": range(config.labels)})
+
+
+class LabelMemory(wiring.Component):
+    """A line of data terms: written as they come, a group of labels after the other, read a label after the other.
+
+    Timing: ``words`` of a group are due a cycle after those of the group below it, those of label 0 with ``write``. What was written
+    ``n``-th is read at ``address`` ``n % depth``; label ``d`` shows it in ``o[d]`` ``d + 2`` cycles after ``address``.
+
+    Memory: ``D * depth`` words; a word of a memory holds those of a group.
+
+    Members
+    -------
+    write : In(1)
+    words : In(ArrayLayout(data_bits, D))
+    address : In(range(depth))
+    o : Out(ArrayLayout(data_bits, D))
+    """
+    def __init__(self, config: MatcherConfig, depth):
+        self.config = config
+        self.depth = depth
+        words = data.ArrayLayout(config.data_bits, config.labels)
+        super().__init__({"write": In(1), "words": In(words), "address": In(range(depth)), "o": Out(words)})
+
+    @staticmethod
+    def skew_of(config: MatcherConfig) -> int:
+        """Cycles by which the top group's reading lags behind that of label 0 more than its writing does."""
+        *below, top = groups_of(config)
+        return top[0] - len(below)
+
+    def elaborate(self, platform):
+        m = Module()
+        bits, depth = self.config.data_bits, self.depth
+
+        # Where the next words go; the order walks from group to group as the waves do.
+        place = Signal(range(depth))
+        with m.If(self.write):
+            m.d.sync += place.eq(Mux(place == depth - 1, 0, place + 1))
+        write, write_place, read_place = self.write, place, self.address
+        for labels in groups_of(self.config):
+            if labels[0]:
+                later       = Signal(name=f"write_{labels[0]}")
+                later_place = Signal(range(depth), name=f"write_place_{labels[0]}", reset_less=True)
+                m.d.sync += [later.eq(write), later_place.eq(write_place)]
+                write, write_place = later, later_place
+                # A group reads as many cycles after the one below it as that one has labels.
+                for stage in range(LABELS_PER_GROUP):
+                    before, read_place = read_place, Signal(range(depth), name=f"read_place_{labels[0]}_{stage}", reset_less=True)
+                    m.d.sync += read_place.eq(before)
+            m.submodules[f"memory_{labels[0]}"] = memory = Memory(
+                shape=data.ArrayLayout(bits, len(labels)), depth=depth, init=[], attrs=NO_COLLISION)
+            write_port = memory.write_port()
+            read_port = memory.read_port()
+            m.d.comb += [
+                write_port.en.eq(write), write_port.addr.eq(write_place),
+                *(write_port.data[n].eq(self.words[label]) for n, label in enumerate(labels)),
+                read_port.en.eq(1), read_port.addr.eq(read_place),
+            ]
+            for n, label in enumerate(labels):
+                m.submodules[f"skew_{label}"] = skew = Delay(bits, 1 + n)
+                m.d.comb += [skew.i.eq(read_port.data[n]), self.o[label].eq(skew.o)]
+        return m
