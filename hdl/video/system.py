@@ -6,7 +6,7 @@ from amaranth import *
 from amaranth.lib import stream, wiring
 from amaranth.lib.wiring import In, Out
 
-from golden.config import Fused, MatcherConfig
+from golden.config import MatcherConfig
 from golden.host.protocol import BAUD, FRAME_SECONDS
 from golden.host.registers import SETUPS, register_map
 from golden.video.bandwidth import Budget, MemoryTiming
@@ -207,7 +207,7 @@ class StereoSystem(wiring.Component):
         disparity_writer, left_writer = self.picture_writers["disparity"], self.picture_writers["left"]
         m.submodules.disparity_writer, m.submodules.left_plane_writer = disparity_writer, left_writer
         wiring.connect(m, fork.left, left_writer.i)
-        if isinstance(self.config.method, Fused):
+        if "minimum" in self.config.settings:
             m.submodules.shown_label = shown_label = ShownLabel(self.config)
             m.d.comb += [
                 shown_label.minimum.eq(settings.minimum), shown_label.start.eq(start),

@@ -58,7 +58,7 @@ def column_words(left, right, rows=3):
 def census_words(left, right, config):
     """Payloads of :class:`hdl.matcher.stream.CensusWord`."""
     left_census, right_census = (census(picture, config.method_as(Fused).cost).tolist() for picture in (left, right))
-    above = {"above": line_store(left, 5)[..., 0].tolist()} if (isinstance(config.method, Fused) and config.method.vertical) else {}
+    above = {"above": line_store(left, 5)[..., 0].tolist()} if config.method_as(Fused).vertical else {}
     return [{**word, "left_census": left_census[y][x], "right_census": right_census[y][x],
              **{name: picture[y][x] for name, picture in above.items()}}
             for (y, x, _), word in zip(_places(np.shape(left)), column_words(left, right))]
@@ -70,14 +70,14 @@ def engine_words(left, right, config):
     right = delayed(right, config.minimum)
     height, width = np.shape(left)
     words = [{**word, "end": 0} for word in census_words(left, right, config)]
-    lines = 2 if (isinstance(config.method, Fused) and config.method.vertical) else 1
+    lines = 2 if config.method_as(Fused).vertical else 1
     for below in range(lines):
         for x in range(width):
             last = int(x == width - 1)
             word = {"left_census": 0, "right_census": 0, "below": 1, "first": 0, "last": last, "end": last & (below == lines - 1)}
             word |= {side: {"minus": 0 if below else int(picture[-1][x]), "line": 0, "plus": 0}
                      for side, picture in (("left", left), ("right", right))}
-            if (isinstance(config.method, Fused) and config.method.vertical):
+            if config.method_as(Fused).vertical:
                 word["above"] = int(left[-1 if below else max(height - 2, 0)][x])
             words.append(word)
     return words
