@@ -53,11 +53,11 @@ class CensusStage(Stage):
         })
 
     @property
-    def latency(self):
+    def latency(self) -> int:
         """Cycles from a column to the census at it."""
         return 2 + self.config.method_as(Fused).cost.census_columns // 2
 
-    def elaborate(self, platform):
+    def elaborate(self, platform: object) -> Module:
         m = Module()
         columns = self.config.method_as(Fused).cost.census_columns
         reach = columns // 2

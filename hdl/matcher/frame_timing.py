@@ -42,7 +42,7 @@ class FrameTiming(wiring.Component):
     dropped : Out(16)
         Frames given up; stays at its greatest value.
     """
-    def __init__(self, depth=1024):
+    def __init__(self, depth: int = 1024):
         if depth < 4:
             raise ValueError(f"the FIFO of the frame timing adapter must hold at least 4 pixels, not {depth!r}")
         self.depth = depth
@@ -56,7 +56,7 @@ class FrameTiming(wiring.Component):
             "dropped": Out(16),
         })
 
-    def elaborate(self, platform):
+    def elaborate(self, platform: object) -> Module:
         m = Module()
         m.submodules.fifo = fifo = SyncFIFOBuffered(width=PixelPair().size, depth=self.depth)
         m.d.comb += [self.o.payload.eq(fifo.r_data), self.o.valid.eq(fifo.r_rdy), fifo.r_en.eq(self.o.ready)]

@@ -62,7 +62,7 @@ class FramedMatcher(wiring.Component):
             "error": Out(1),
         })
 
-    def elaborate(self, platform):
+    def elaborate(self, platform: object) -> Module:
         m = Module()
         m.domains.sync = sync = ClockDomain(local=True)
         m.domains.por = ClockDomain(reset_less=True, local=True)

@@ -5,6 +5,7 @@ from itertools import pairwise
 from operator import or_
 
 from amaranth import *
+from amaranth.hdl import ShapeLike
 from amaranth.lib import data, stream, wiring
 from amaranth.lib.fifo import SyncFIFOBuffered
 from amaranth.lib.memory import Memory, ReadPort, WritePort
@@ -20,7 +21,7 @@ from .stream import ColumnWord, PixelPair, line_names
 __all__ = ["EdataMemory", "LineStore"]
 
 
-def _ports(memory, name):
+def _ports(memory: Memory, name: str) -> tuple[ReadPort, WritePort]:
     """Read and write port, whose signals bear the name of the line that the memory holds."""
     size = {"addr_width": ceil_log2(memory.depth), "shape": memory.shape}
     return (ReadPort(ReadPort.Signature(**size), memory=memory, domain="sync", path=(f"{name}_read",)),
@@ -68,7 +69,7 @@ class LineStore(wiring.Component):
     """
     PLUS_DEPTH = 32
 
-    def __init__(self, config: MatcherConfig, *, rows=3, lines_below=0):
+    def __init__(self, config: MatcherConfig, *, rows: int = 3, lines_below: int = 0):
         if rows not in range(3, 8, 2):
             raise ValueError(f"a line store gives columns of 3, 5 or 7 lines, not {rows!r}")
         if lines_below not in range(rows // 2 + 1):
@@ -82,7 +83,7 @@ class LineStore(wiring.Component):
             "error": Out(1),
         })
 
-    def elaborate(self, platform):
+    def elaborate(self, platform: object) -> Module:
         m = Module()
         max_width = self.config.max_width
         reach = self.rows // 2
@@ -271,7 +272,7 @@ class EdataMemory(wiring.Component):
     """
     LATENCY = 1
 
-    def __init__(self, shape, max_width):
+    def __init__(self, shape: ShapeLike, max_width: int):
         self.shape = shape
         self.max_width = max_width
         super().__init__({
@@ -282,7 +283,7 @@ class EdataMemory(wiring.Component):
             "o": Out(shape),
         })
 
-    def elaborate(self, platform):
+    def elaborate(self, platform: object) -> Module:
         m = Module()
         m.submodules.memory = memory = Memory(shape=self.shape, depth=self.max_width, init=[])
         read = memory.read_port()

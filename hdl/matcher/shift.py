@@ -54,7 +54,7 @@ class RightShift(Stage):
             "minimum": In(range(config.MINIMUMS.stop)),
         })
 
-    def elaborate(self, platform):
+    def elaborate(self, platform: object) -> Module:
         m = Module()
         minimums = range(self.config.MINIMUMS.stop)
         advance = Signal()

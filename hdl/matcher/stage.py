@@ -30,8 +30,6 @@ class Stage(wiring.Component):
         Member to the setting of :attr:`golden.config.MatcherConfig.settings` that drives it. Sampled with the word marked ``first``.
     lines : int
         Scanlines from a word to its result.
-    latency : int
-        Cycles from a word to its result beyond ``lines``, if nothing stalls.
     line_clocks : int
         Cycles that a line takes beyond its pixels.
     rows : int
@@ -40,9 +38,13 @@ class Stage(wiring.Component):
     name: ClassVar[str]
     settings: ClassVar[Mapping[str, str]] = {}
     lines: ClassVar[int] = 0
-    latency: int
     line_clocks: int = 0
     rows: int = 3
+
+    @property
+    def latency(self) -> int:
+        """Cycles from a word to its result beyond :attr:`lines`, if nothing stalls."""
+        raise NotImplementedError
 
 
 class CostArray(wiring.Component):

@@ -1,5 +1,8 @@
 """Payloads of the streams. Both ends import them: ``connect()`` compares widths only."""
 
+from typing import Any
+
+from amaranth.hdl import ShapeLike
 from amaranth.lib import data
 
 from golden.config import PIXEL_BITS, Fused, MatcherConfig
@@ -19,7 +22,7 @@ class PixelPair(data.StructLayout):
         super().__init__({"left": PIXEL_BITS, "right": PIXEL_BITS, **FLAGS})
 
 
-def line_names(rows):
+def line_names(rows: int) -> list[str]:
     """Names of the lines of a column from top to bottom: ``"minus2", "minus", "line", "plus", "plus2"`` for five."""
     reach = rows // 2
     above = [f"minus{n}" for n in range(reach, 1, -1)]
@@ -31,13 +34,13 @@ class Column(data.StructLayout):
 
     More than three lines go on with ``minus2`` of ``y-2`` and ``plus2`` of ``y+2``; the topmost comes first.
     """
-    def __init__(self, rows=3):
+    def __init__(self, rows: int = 3):
         super().__init__(dict.fromkeys(line_names(rows), PIXEL_BITS))
 
 
 class ColumnWord(data.StructLayout):
     """The columns of both pictures at one ``x``; ``below``: a line below the picture, of which only what is above it is of the picture."""
-    def __init__(self, rows=3):
+    def __init__(self, rows: int = 3):
         super().__init__({"left": Column(rows), "right": Column(rows), "below": 1, **FLAGS})
 
 
@@ -86,10 +89,10 @@ class DisparityWord(data.StructLayout):
 
 class Least(data.StructLayout):
     """A least energy so far, and its label."""
-    def __init__(self, value, labels):
+    def __init__(self, value: ShapeLike, labels: int):
         super().__init__({"value": value, "index": range(labels)})
 
 
-def copy_flags(target, source):
+def copy_flags(target: data.View, source: data.View) -> list[Any]:
     """Assignments that copy the frame flags from one payload to another."""
     return [target[name].eq(source[name]) for name in FLAGS]

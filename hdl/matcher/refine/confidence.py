@@ -61,11 +61,11 @@ class Confidence(wiring.Component):
         })
 
     @property
-    def latency(self):
+    def latency(self) -> int:
         """Cycles: window, differences, votes, and the levels of a tree of their sum and the size."""
         return 3 + (WINDOW * WINDOW).bit_length()
 
-    def elaborate(self, platform):
+    def elaborate(self, platform: object) -> Module:
         m = Module()
         scale = self.config.method.disparity_scale
         reach = WINDOW // 2

@@ -70,11 +70,11 @@ class Fill(Stage):
         })
 
     @property
-    def latency(self):
+    def latency(self) -> int:
         """Cycles beyond a line from a pixel to itself, if nothing waits."""
         return self.COMPLETE_CLOCKS - 1
 
-    def elaborate(self, platform):
+    def elaborate(self, platform: object) -> Module:
         m = Module()
         # A line, and what comes of the next one while the first's end settles; one word of all that is in the register behind.
         depth = self.config.max_width + self.SETTLING - 1

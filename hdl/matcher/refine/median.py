@@ -69,11 +69,11 @@ class MedianColumns(wiring.Component):
         })
 
     @property
-    def latency(self):
+    def latency(self) -> int:
         """Cycles: four networks and the register between columns and pairs."""
         return self.sort.latency + 1 + self.pair.latency + (self.pairs.latency if self.pairs else 0) + self.select.latency
 
-    def elaborate(self, platform):
+    def elaborate(self, platform: object) -> Module:
         m = Module()
         m.submodules.sort, m.submodules.pair, m.submodules.select = self.sort, self.pair, self.select
         column = data.ArrayLayout(self.shape, self.side)
@@ -117,7 +117,7 @@ class MedianColumns(wiring.Component):
         return m
 
 
-def contenders(order, side):
+def contenders(order: list[int], side: int) -> list[int]:
     """Of wires sorted from the least value to the greatest, those that may be the median when all the window's other values come."""
     middle = side * side // 2
     later = side * side - len(order)
@@ -172,16 +172,16 @@ class Median(Stage):
         })
 
     @property
-    def pipeline(self):
+    def pipeline(self) -> int:
         """Cycles from a label to the disparity that its column completes."""
         return LabelColumns.LATENCY + self.median.latency + self.confidence.latency
 
     @property
-    def latency(self):
+    def latency(self) -> int:
         """Cycles beyond :attr:`lines` lines from a pixel to its disparity, if nothing waits."""
         return REACH + self.pipeline + 2 + StreamRegister.LATENCY
 
-    def elaborate(self, platform):
+    def elaborate(self, platform: object) -> Module:
         m = Module()
         config = self.config
         m.submodules.columns, m.submodules.median, m.submodules.confidence = self.columns, self.median, self.confidence

@@ -68,7 +68,7 @@ class LabelColumns(wiring.Component):
             "valid": Out(1),
         })
 
-    def elaborate(self, platform):
+    def elaborate(self, platform: object) -> Module:
         m = Module()
         config = self.config
         label, size = self.i.p.label, self.i.p.size

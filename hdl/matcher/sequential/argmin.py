@@ -10,7 +10,7 @@ __all__ = ["ComparatorTree", "Minimum"]
 
 class Minimum(data.StructLayout):
     """The least of ``inputs`` values below ``2**bits``, and its index."""
-    def __init__(self, bits, inputs):
+    def __init__(self, bits: int, inputs: int):
         super().__init__({"value": bits, "index": range(inputs)})
 
 
@@ -38,7 +38,7 @@ class ComparatorTree(wiring.Component):
     """
     FAN_IN = 5
 
-    def __init__(self, bits, inputs):
+    def __init__(self, bits: int, inputs: int):
         self.bits = bits
         self.inputs = inputs
         super().__init__({
@@ -48,7 +48,7 @@ class ComparatorTree(wiring.Component):
         })
 
     @property
-    def latency(self):
+    def latency(self) -> int:
         """Stages, one cycle each."""
         stages, count = 0, self.inputs
         while count > 1:
@@ -56,7 +56,7 @@ class ComparatorTree(wiring.Component):
             stages += 1
         return max(stages, 1)
 
-    def elaborate(self, platform):
+    def elaborate(self, platform: object) -> Module:
         m = Module()
         layout = Minimum(self.bits, self.inputs)
 
@@ -77,14 +77,14 @@ class ComparatorTree(wiring.Component):
         return m
 
     @staticmethod
-    def _least(m, rivals, name):
+    def _least(m: Module, rivals: list[data.View], name: str) -> Value:
         """All pairs are compared at once, then a one-hot choice: two steps of logic instead of a chain of four."""
         not_above = {}
         for low in range(len(rivals)):
             for high in range(low + 1, len(rivals)):
                 not_above[low, high] = Signal(name=f"{name}_not_above_{low}{high}")
                 m.d.comb += not_above[low, high].eq(rivals[low].value <= rivals[high].value)
-        chosen = 0
+        chosen: Value = Const(0)
         for n, rival in enumerate(rivals):
             wins = Const(1)
             for other in range(len(rivals)):

@@ -45,16 +45,16 @@ class Bec(Stage):
         })
 
     @property
-    def latency(self):
+    def latency(self) -> int:
         """Cycles from a pixel's column to its word when the next column follows at once and nothing stalls."""
         return SubPixels.LATENCY + SubPixelBuffers.LATENCY + CostEnergy.LATENCY + Edata.LATENCY + self.tree.latency
 
     @property
-    def clocks_per_pixel(self):
+    def clocks_per_pixel(self) -> int:
         """Cycles between words when the consumer never stalls."""
         return self.tree.latency + 1
 
-    def elaborate(self, platform):
+    def elaborate(self, platform: object) -> Module:
         m = Module()
         m.submodules.sub_pixels = sub_pixels = SubPixels(self.config)
         m.submodules.buffers = buffers = SubPixelBuffers(self.config)

@@ -1,8 +1,11 @@
 """Arithmetic of BEC: sub-pixels, their buffers, cost energies and Edata."""
 
+from typing import Any
+
 from amaranth import *
+from amaranth.hdl import ShapeLike
 from amaranth.lib import data, stream, wiring
-from amaranth.lib.wiring import In, Out
+from amaranth.lib.wiring import In, Member, Out
 
 from golden.config import IN_USE_BITS, PIXEL_BITS, Arithmetic, MatcherConfig
 
@@ -24,7 +27,7 @@ class SubPixelSet(data.StructLayout):
 _BESIDE = {"pixel": PIXEL_BITS, "upper": PIXEL_BITS, "beyond": 1, **FLAGS}
 
 
-def _copy_beside(target, source):
+def _copy_beside(target: data.View, source: data.View) -> list[Any]:
     return [target[name].eq(source[name]) for name in _BESIDE]
 
 
@@ -68,7 +71,7 @@ class EdataWord(data.StructLayout):
 
 class _Stage(wiring.Component):
     """A pipeline stage: takes a word whenever its own is taken or absent."""
-    def __init__(self, config: MatcherConfig, i, o, **plain):
+    def __init__(self, config: MatcherConfig, i: ShapeLike, o: ShapeLike, **plain: Member):
         self.config = config
         super().__init__({"i": In(stream.Signature(i)), "o": Out(stream.Signature(o)), **plain})
 
@@ -94,7 +97,7 @@ class SubPixels(_Stage):
     def __init__(self, config: MatcherConfig):
         super().__init__(config, ColumnWord(), SubPixelWord(config))
 
-    def elaborate(self, platform):
+    def elaborate(self, platform: object) -> Module:
         m = Module()
         halve = self.config.method.arithmetic is Arithmetic.THESIS
         before = Signal(ColumnWord())   # the column at x - 1
@@ -142,7 +145,7 @@ class SubPixelBuffers(_Stage):
     def __init__(self, config: MatcherConfig):
         super().__init__(config, SubPixelWord(config), BuffersWord(config), in_use=In(IN_USE_BITS))
 
-    def elaborate(self, platform):
+    def elaborate(self, platform: object) -> Module:
         m = Module()
         labels = self.config.labels
         start = Signal(init=1)
@@ -178,7 +181,7 @@ class CostEnergy(_Stage):
     def __init__(self, config: MatcherConfig):
         super().__init__(config, BuffersWord(config), CostWord(config))
 
-    def elaborate(self, platform):
+    def elaborate(self, platform: object) -> Module:
         m = Module()
         m.d.comb += self.i.ready.eq(~self.o.valid | self.o.ready)
         with m.If(self.i.ready):
@@ -211,7 +214,7 @@ class Edata(_Stage):
     def __init__(self, config: MatcherConfig):
         super().__init__(config, CostWord(config), EdataWord(config))
 
-    def elaborate(self, platform):
+    def elaborate(self, platform: object) -> Module:
         m = Module()
         config = self.config
         own       = Signal(EdataWord(config), reset_less=True)  # a pixel without its fifth difference

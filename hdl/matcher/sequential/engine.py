@@ -49,7 +49,7 @@ class CostSummation(wiring.Component):
             "energy": Out(data.ArrayLayout(config.energy_bits, labels)),
         })
 
-    def elaborate(self, platform):
+    def elaborate(self, platform: object) -> Module:
         m = Module()
         early = Signal(self.energy.shape(), reset_less=True)
         for d in range(self.config.labels):
@@ -104,12 +104,12 @@ class SequentialEngine(wiring.Component):
         })
 
     @property
-    def clocks_per_pixel(self):
+    def clocks_per_pixel(self) -> int:
         """Cycles of the loop."""
         return Smooth.LATENCY + CostSummation.LATENCY + self.tree.latency
 
     @property
-    def fill_clocks(self):
+    def fill_clocks(self) -> int:
         """Cycles in which a frame's look-up tables are filled."""
         return self.smooths[0].table.fill_clocks
 
@@ -139,11 +139,11 @@ class SequentialEngine(wiring.Component):
         return first + height * width * self.clocks_per_pixel + (height + 1) * self.line_clocks
 
     @property
-    def line_clocks(self):
+    def line_clocks(self) -> int:
         """Most cycles that a line costs beyond its pixels': the feeder starts when the loop is done."""
         return 1 + Smooth.PIXEL_LATENCY + CostSummation.EARLY_LATENCY
 
-    def elaborate(self, platform):
+    def elaborate(self, platform: object) -> Module:
         m = Module()
         config = self.config
         x_shape = range(config.max_width)

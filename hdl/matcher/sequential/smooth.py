@@ -49,11 +49,11 @@ class LookUpTable(wiring.Component):
         })
 
     @property
-    def fill_clocks(self):
+    def fill_clocks(self) -> int:
         """Cycles from ``fill`` to ``filled``."""
         return 0 if self.fixed else 2 * self.labels
 
-    def elaborate(self, platform):
+    def elaborate(self, platform: object) -> Module:
         m = Module()
         labels = self.labels
         rows = [[abs(d - p) for d in range(labels)] for p in range(labels)] if self.fixed else []
@@ -138,7 +138,7 @@ class Smooth(wiring.Component):
             "energy": Out(data.ArrayLayout(range(config.smooth_max + 1), config.labels)),
         })
 
-    def elaborate(self, platform):
+    def elaborate(self, platform: object) -> Module:
         m = Module()
         config = self.config
         m.submodules.look_up_table = table = self.table
@@ -171,5 +171,5 @@ class Smooth(wiring.Component):
         return m
 
     @property
-    def _product_max(self):
+    def _product_max(self) -> int:
         return self.config.smooth_max << (8 if self.config.method.arithmetic is Arithmetic.THESIS else 0)

@@ -61,7 +61,7 @@ class BecCell(wiring.Component):
             "cost": Out(config.method.matching_cost.bits), "cost_inside": Out(1),
         })
 
-    def elaborate(self, platform):
+    def elaborate(self, platform: object) -> Module:
         m = Module()
 
         # Stage 1: differences.
@@ -119,8 +119,8 @@ class BecCell(wiring.Component):
             ]
         # ~(total + side + sign) == ~total + ~side + ~sign in as many bits.
         bits = self.config.method.matching_cost.bits
-        complement = [Cat(~part, Const(-1, bits - len(part))) for part in (total, side)]
-        m.d.sync += data_register(m, self.cost).eq(Mux(total_inside, add_with_carry(*complement, ~total_sign)[:bits], 0))
+        not_total, not_side = (Cat(~part, Const(-1, bits - len(part))) for part in (total, side))
+        m.d.sync += data_register(m, self.cost).eq(Mux(total_inside, add_with_carry(not_total, not_side, ~total_sign)[:bits], 0))
         m.d.sync += data_register(m, self.cost_inside).eq(total_inside)
         return m
 
@@ -152,14 +152,14 @@ class BecGroup(wiring.Component):
             "least_i": In(least), "least_o": Out(least),
         })
 
-    def elaborate(self, platform):
+    def elaborate(self, platform: object) -> Module:
         m = Module()
         valid = [self.i.valid]
         for stage in range(1, 5):
             valid.append(Signal(name=f"valid{stage}"))
             m.d.sync += valid[stage].eq(valid[stage - 1])
 
-        costs = []
+        costs: list[Value] = []
         for label, seen, inside in seen_along(m, self.labels, self.i, self.o):
             m.submodules[f"label_{label}"] = cell = BecCell(self.config)
             m.d.comb += [
@@ -203,7 +203,7 @@ class BecArray(CostArray):
             "beside": Out(self.beside_of(config)),
         })
 
-    def elaborate(self, platform) -> Module:
+    def elaborate(self, platform: object) -> Module:
         m = Module()
         config = self.config
         m.submodules.edata = edata = LabelMemory(config, self.depth)

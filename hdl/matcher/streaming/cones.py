@@ -72,7 +72,7 @@ class Cones(wiring.Component):
         times_size = max((size_max.bit_length() - 1).bit_length(), 1) if size_max else 0
         return 2 + (WEIGHT_BITS - 1).bit_length() + 1 + times_size
 
-    def elaborate(self, platform):
+    def elaborate(self, platform: object) -> Module:
         m = Module()
         config = self.config
         labels = config.labels

@@ -1,6 +1,8 @@
 """The fused cost at one pixel a cycle, summed over supports: an array of cells, one a label, laid out as
 :mod:`hdl.matcher.streaming.bec_array`."""
 
+from collections.abc import Sequence
+
 from amaranth import *
 from amaranth.lib import data, wiring
 from amaranth.lib.memory import Memory
@@ -22,7 +24,7 @@ from .waves import Issue, Pixel, VerticalWave, Wave
 __all__ = ["FusedArray", "FusedCell", "FusedGroup"]
 
 
-def signed_digits(constant):
+def signed_digits(constant: int) -> list[tuple[int, int]]:
     """``(sign, shift)`` of the fewest powers of two that add up to a constant, none beside another.
 
     Examples
@@ -41,7 +43,7 @@ def signed_digits(constant):
     return digits
 
 
-def _sum(terms):
+def _sum(terms: Sequence[tuple[int, Value]]) -> Value:
     """Sum of ``(sign, value)``, positive ones first; 0 of none."""
     total = Const(0, 1)
     for n, (sign, value) in enumerate(sorted(terms, key=lambda term: -term[0])):
@@ -84,7 +86,7 @@ class FusedCell(wiring.Component):
             "cost": Out(range(config.method_as(Fused).cost.maximum + 1)),
         })
 
-    def elaborate(self, platform):
+    def elaborate(self, platform: object) -> Module:
         m = Module()
         method = self.config.method_as(Fused)
         params = method.cost
@@ -184,11 +186,11 @@ class FusedGroup(wiring.Component):
         })
 
     @staticmethod
-    def cost_latency(config: MatcherConfig):
+    def cost_latency(config: MatcherConfig) -> int:
         """Cycles from a wave to the costs of the pixel that it completes."""
         return FusedCell.LATENCY + (VerticalSupport.LATENCY if config.method_as(Fused).vertical else 0)
 
-    def elaborate(self, platform):
+    def elaborate(self, platform: object) -> Module:
         m = Module()
         config, bits = self.config, self.config.data_bits
         valid = [self.i.valid]
@@ -308,7 +310,7 @@ class FusedArray(CostArray):
             "beside": Out(self.beside_of(config)),
         })
 
-    def elaborate(self, platform) -> Module:
+    def elaborate(self, platform: object) -> Module:
         m = Module()
         config = self.config
         m.submodules.support = support = SupportSource(config, FusedGroup.cost_latency(config))

@@ -38,12 +38,12 @@ class UpWave(data.StructLayout):
         })
 
 
-def chosen_step(wave, below_low, below_high):
+def chosen_step(wave: data.View, below_low: Value, below_high: Value) -> Value:
     """What leads from a label to the next one."""
     return Mux(below_low, wave.falling, Mux(below_high, wave.between, wave.rising))
 
 
-def up_values(config: MatcherConfig):
+def up_values(config: MatcherConfig) -> range:
     """Range of an energy on the way up: matching cost and cones, less ``w1 * d``."""
     return range(-config.smooth_max, (config.method.data_max << config.method.energy_shift) + 2 * config.smooth_max + 1)
 
@@ -68,7 +68,7 @@ class UpCell(wiring.Component):
     """
     LATENCY = 2
 
-    def __init__(self, config: MatcherConfig, label):
+    def __init__(self, config: MatcherConfig, label: int):
         self.config = config
         self.label = label
         least = Least(up_values(config), config.labels)
@@ -78,7 +78,7 @@ class UpCell(wiring.Component):
             "least_i": In(least), "least_o": Out(least),
         })
 
-    def elaborate(self, platform):
+    def elaborate(self, platform: object) -> Module:
         m = Module()
         # Stage 1: the cones at the next label, and their step from there; this label's energy.
         below_low = self.i.below_low & (self.i.low != self.label + 1)
@@ -128,7 +128,7 @@ class DownCell(wiring.Component):
     """
     LATENCY = 2
 
-    def __init__(self, config: MatcherConfig, label):
+    def __init__(self, config: MatcherConfig, label: int):
         self.config = config
         self.label = label
         least = Least(config.energy_bits, config.labels)
@@ -138,7 +138,7 @@ class DownCell(wiring.Component):
             "least_i": In(least), "least_o": Out(least),
         })
 
-    def elaborate(self, platform):
+    def elaborate(self, platform: object) -> Module:
         m = Module()
         # Stage 1.
         here = Signal(Least(self.config.energy_bits, self.config.labels), reset_less=True)
@@ -194,12 +194,12 @@ class LabelArray(wiring.Component):
         })
 
     @property
-    def latency(self):
+    def latency(self) -> int:
         """Cycles from ``up`` to ``transition``."""
         turn = self.config.labels - 1 + UpCell.LATENCY
         return turn + self.config.labels - 1 + DownCell.LATENCY + 1 + self.HOPS
 
-    def elaborate(self, platform):
+    def elaborate(self, platform: object) -> Module:
         m = Module()
         config = self.config
         labels = config.labels

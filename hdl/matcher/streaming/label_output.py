@@ -31,7 +31,7 @@ class PlainLabel(LabelOutput):
             "o": Out(DisparityWord(config)), "o_valid": Out(1),
         })
 
-    def elaborate(self, platform) -> Module:
+    def elaborate(self, platform: object) -> Module:
         m = Module()
         m.d.comb += [self.o.disparity.eq(self.i.label), *copy_flags(self.o, self.i), self.o_valid.eq(self.i.valid)]
         return m
@@ -62,7 +62,7 @@ class CheckedLabel(LabelOutput):
             "o": Out(LabelWord(config)), "o_valid": Out(1),
         })
 
-    def elaborate(self, platform) -> Module:
+    def elaborate(self, platform: object) -> Module:
         m = Module()
         config, check = self.config, self.check
         m.submodules.check = check

@@ -1,5 +1,7 @@
 """What arrays of costs share: groups of labels, the least of a group, the right picture's way along the labels, a line memory."""
 
+from collections.abc import Iterator, Sequence
+
 from amaranth import *
 from amaranth.lib import data, wiring
 from amaranth.lib.memory import Memory
@@ -18,7 +20,7 @@ __all__ = ["LABELS_PER_GROUP", "TREE", "LabelMemory", "Queued", "groups_of", "le
 TREE = 2
 
 
-def least_of(m, values, first, least_i, least_o):
+def least_of(m: Module, values: Sequence[Value], first: int, least_i: data.View, least_o: data.View) -> None:
     """The least of a group and of those below it; all are complements, hence the greatest. The smaller label stays on a tie.
 
     ``least_i`` is due :data:`TREE` cycles after ``values``, ``least_o`` comes a cycle later.
@@ -50,12 +52,12 @@ def least_of(m, values, first, least_i, least_o):
 LABELS_PER_GROUP = 4
 
 
-def groups_of(config: MatcherConfig):
+def groups_of(config: MatcherConfig) -> list[range]:
     """The labels of each group."""
     return [range(low, min(low + LABELS_PER_GROUP, config.labels)) for low in range(0, config.labels, LABELS_PER_GROUP)]
 
 
-def seen_along(m, labels, i, o):
+def seen_along(m: Module, labels: range, i: data.View, o: data.View) -> Iterator[tuple[int, dict[str, Value], Value]]:
     """What the labels of a group see of the right picture; hands the wave on to the group above, a cycle later.
 
     Parameters
@@ -110,7 +112,7 @@ class LabelMemory(wiring.Component):
     address : In(range(depth))
     o : Out(ArrayLayout(data_bits, D))
     """
-    def __init__(self, config: MatcherConfig, depth):
+    def __init__(self, config: MatcherConfig, depth: int):
         self.config = config
         self.depth = depth
         words = data.ArrayLayout(config.data_bits, config.labels)
@@ -122,7 +124,7 @@ class LabelMemory(wiring.Component):
         *below, top = groups_of(config)
         return top[0] - len(below)
 
-    def elaborate(self, platform):
+    def elaborate(self, platform: object) -> Module:
         m = Module()
         bits, depth = self.config.data_bits, self.depth
 

@@ -41,7 +41,7 @@ class RightCell(wiring.Component):
     i : In(RightWave(config)), o : Out(RightWave(config))
         ``i`` of the label below, as it was before the ``complete``; label 0 has none, a pixel starts there.
     """
-    def __init__(self, config: MatcherConfig, label):
+    def __init__(self, config: MatcherConfig, label: int):
         self.config = config
         self.label = label
         wave = RightWave(config)
@@ -50,7 +50,7 @@ class RightCell(wiring.Component):
             "i": In(wave), "o": Out(wave),
         })
 
-    def elaborate(self, platform):
+    def elaborate(self, platform: object) -> Module:
         m = Module()
         least, closed_o = data_register(m, self.o.least, "least"), data_register(m, self.o.closed, "closed")
         in_picture = Signal()  # with a reset: those of a frame before it must not be counted
@@ -87,7 +87,7 @@ class LeftRightCheck(wiring.Component):
     """
     LATENCY = 5
 
-    def __init__(self, config: MatcherConfig, depth):
+    def __init__(self, config: MatcherConfig, depth: int):
         self.config = config
         self.depth = 1 << (depth - 1).bit_length()
         label = range(config.labels)
@@ -98,7 +98,7 @@ class LeftRightCheck(wiring.Component):
             "passed": Out(1),
         })
 
-    def elaborate(self, platform):
+    def elaborate(self, platform: object) -> Module:
         m = Module()
         config = self.config
         label = range(config.labels)

@@ -42,7 +42,7 @@ class FractionCell(wiring.Component):
         bits = config.data_bits
         super().__init__({"before": In(bits), "own": In(bits), "after": In(bits), "fraction": Out(FRACTION)})
 
-    def elaborate(self, platform):
+    def elaborate(self, platform: object) -> Module:
         m = Module()
         most = self.config.method.data_max
 
@@ -99,7 +99,7 @@ class SubPixel(wiring.Component):
     #: Labels whose fractions wait in one memory.
     LABELS_PER_MEMORY = 8
 
-    def __init__(self, config: MatcherConfig, latency):
+    def __init__(self, config: MatcherConfig, latency: int):
         self.config = config
         self.latency = latency
         labels = config.labels
@@ -107,7 +107,7 @@ class SubPixel(wiring.Component):
             "sums": In(data.ArrayLayout(config.data_bits, labels)), "label": In(range(labels)), "fraction": Out(FRACTION),
         })
 
-    def elaborate(self, platform):
+    def elaborate(self, platform: object) -> Module:
         m = Module()
         config = self.config
         labels = config.labels

@@ -1,6 +1,7 @@
 """The support of a pixel on its line: its arms, and where their ends are in the memories of running sums."""
 
 from amaranth import *
+from amaranth.hdl import ShapeLike
 from amaranth.lib import data, wiring
 from amaranth.lib.memory import Memory
 from amaranth.lib.wiring import In, Out
@@ -29,12 +30,12 @@ class StepDelay(wiring.Component):
     """
     LATENCY = 2
 
-    def __init__(self, shape, steps):
+    def __init__(self, shape: ShapeLike, steps: int):
         self.shape = shape
         self.steps = steps
         super().__init__({"i": In(shape), "step": In(1), "o": Out(shape)})
 
-    def elaborate(self, platform):
+    def elaborate(self, platform: object) -> Module:
         m = Module()
         m.submodules.memory = memory = Memory(shape=self.shape, depth=self.steps, init=[])
         read = memory.read_port()
@@ -82,7 +83,7 @@ class Arms(wiring.Component):
         length = range(self.reach + 1)
         super().__init__({"step": In(1), "starts_line": In(1), "grey": In(PIXEL_BITS), "l": Out(length), "r": Out(length)})
 
-    def elaborate(self, platform):
+    def elaborate(self, platform: object) -> Module:
         m = Module()
         reach, threshold = self.reach, self.config.method_as(Fused).arms.arm_threshold
         if not reach:
@@ -138,7 +139,7 @@ class Arms(wiring.Component):
         return m
 
 
-def _ones(reached):
+def _ones(reached: Value) -> Value:
     """How many low bits of a word are set, if all below a set one are: each bit of the number is a choice among few of them."""
     bits = []
     for place in range(len(reached).bit_length()):
@@ -187,7 +188,7 @@ class SupportSource(wiring.Component):
     ends : Out(Ends(config))
     slot : Out(Slot(config))
     """
-    def __init__(self, config: MatcherConfig, latency):
+    def __init__(self, config: MatcherConfig, latency: int):
         self.config = config
         self.latency = latency
         super().__init__({
@@ -200,16 +201,16 @@ class SupportSource(wiring.Component):
         })
 
     @staticmethod
-    def lag_of(config: MatcherConfig):
+    def lag_of(config: MatcherConfig) -> int:
         """Completions from a pixel's own to that of the last one of its support, and one more: the sum there is then in the ring."""
         return config.method_as(Fused).arms.reach + 1
 
     @staticmethod
-    def ring_of(config: MatcherConfig):
+    def ring_of(config: MatcherConfig) -> int:
         """Words of a ring of running sums: an arm, the lag, a few for beginnings of lines; a power of two, so that addresses wrap."""
         return 1 << (2 * SupportSource.lag_of(config) + 4).bit_length()
 
-    def elaborate(self, platform):
+    def elaborate(self, platform: object) -> Module:
         m = Module()
         config = self.config
         completion = self.completion

@@ -47,7 +47,7 @@ class VerticalSupport(wiring.Component):
             "joined": Out(data.ArrayLayout(range(config.method_as(Fused).joined_max + 1), len(labels))),
         })
 
-    def elaborate(self, platform):
+    def elaborate(self, platform: object) -> Module:
         m = Module()
         costs = self.cost.shape()
         stored = data.StructLayout({"above": costs, "own": costs})

@@ -108,7 +108,7 @@ class WaveSource(wiring.Component):
         """Whether costs of neighbouring lines are joined."""
         return self.join_threshold is not None
 
-    def elaborate(self, platform):
+    def elaborate(self, platform: object) -> Module:
         m = Module()
         before    = Signal.like(self.i.p, reset_less=True)  # the column whose pixel the next wave completes
         # One-hot counter of a frame's first lines; pixels without an upper neighbour start at its last state, before it none do.
