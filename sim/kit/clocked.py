@@ -1,4 +1,7 @@
-"""Blocks without streams in Amaranth's own simulator: inputs for every cycle in, outputs of every cycle out."""
+"""Blocks without streams in Amaranth's simulator: inputs of each cycle in, outputs of each cycle out."""
+
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any
 
 from amaranth.hdl import ClockDomain, Module
 from amaranth.sim import Simulator
@@ -7,26 +10,27 @@ from amaranth.sim import Simulator
 __all__ = ["run_clocked"]
 
 
-def run_clocked(dut, inputs, outputs, *, idle=None, drain=0):
-    """Drive ``dut`` for a cycle with each of ``inputs``; return what its ``outputs`` showed.
+def run_clocked(dut: Any, inputs: Iterable[Mapping[str, Any]], outputs: Sequence[str], *, idle: Mapping[str, Any] | None = None,
+                drain: int = 0) -> list[dict[str, Any]]:
+    """Drive ``dut`` for a cycle with each of ``inputs``; return the values of its ``outputs``.
 
     Parameters
     ----------
     inputs : sequence of dict
-        Member name to value; a member that a cycle does not name keeps its value.
+        Member name to value; members without a value in a cycle keep theirs.
     outputs : sequence of str
-        Members to sample, in each cycle after its inputs have settled.
+        Members to sample in each cycle, after its inputs are set.
     idle : dict
-        Inputs of the cycles after the last.
+        Inputs of the drain cycles.
     drain : int
-        Cycles after the last.
+        Cycles after the last of ``inputs``.
 
     Returns
     -------
     list of dict
         One for each cycle.
     """
-    given = []
+    given: list[dict[str, Any]] = []
 
     async def testbench(ctx):
         for cycle in [*inputs, *[idle or {}] * drain]:
@@ -36,7 +40,7 @@ def run_clocked(dut, inputs, outputs, *, idle=None, drain=0):
             await ctx.tick()
 
     m = Module()
-    m.domains.sync = ClockDomain()  # a block of no registers has none of its own
+    m.domains.sync = ClockDomain()  # a block without registers has no clock domain
     m.submodules.dut = dut
     simulator = Simulator(m)
     simulator.add_clock(1e-6)

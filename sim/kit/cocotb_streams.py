@@ -4,12 +4,22 @@
 transfer*. The design's clock is ``dut.clk``; the drivers start and end right after a rising edge.
 """
 
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
 from cocotb.triggers import ReadOnly, RisingEdge
+
+
+if TYPE_CHECKING:
+    from .streams import Random  # a simulator's Python need not load Amaranth
 
 
 __all__ = ["TIMEOUT", "check_rules", "drain", "sink", "source"]
 
 
+#: Clocks without a transfer.
 TIMEOUT = 10_000
 
 
@@ -19,7 +29,7 @@ def _members(dut, name):
 
 
 def _bit(handle):
-    """A handshake bit as a truth value; X and Z are faults, not zeros."""
+    """A handshake bit as a truth value; X and Z fail."""
     value = handle.value
     assert value.is_resolvable, f"{handle._path} is {value}"
     return value == 1
@@ -30,10 +40,10 @@ def _noise(payload, rng):
     return sum(int(rng.random() * 2**32) << place for place in range(0, len(payload), 32)) % 2**len(payload)
 
 
-async def source(dut, name, words, *, rng, stall=0.0, timeout=TIMEOUT):
-    """Drive ``words`` (payloads packed to int) into the stream ``name``, idling with probability ``stall`` before each.
+async def source(dut: Any, name: str, words: Sequence[int], *, rng: Random, stall: float = 0.0, timeout: int = TIMEOUT) -> None:
+    """Send ``words``, payloads packed to int, to the stream ``name``; each cycle before one is idle with probability ``stall``.
 
-    While idle the payload is noise: a block that reads it without looking at ``valid`` shows up.
+    In an idle cycle the payload is noise, so that a block that reads it without ``valid`` fails.
     """
     payload, valid, ready = _members(dut, name)
     for index, word in enumerate(words):
@@ -49,19 +59,19 @@ async def source(dut, name, words, *, rng, stall=0.0, timeout=TIMEOUT):
             if taken:
                 break
         else:
-            raise TimeoutError(f"{name}: word {index} of {len(words)} not taken for {timeout} clocks")
+            raise TimeoutError(f"{name}: word {index} of {len(words)} not accepted for {timeout} clocks")
         valid.value = 0
     payload.value = _noise(payload, rng)
 
 
-async def sink(dut, name, count, *, rng, stall=0.0, timeout=TIMEOUT):
-    """Take ``count`` payloads, as ints, from the stream ``name``, stalling with probability ``stall``.
+async def sink(dut: Any, name: str, count: int, *, rng: Random, stall: float = 0.0, timeout: int = TIMEOUT) -> list[int]:
+    """Accept ``count`` payloads, as ints, from the stream ``name``; ``ready`` is low in a cycle with probability ``stall``.
 
-    With stalls, the first and the last word are not taken before they have been offered for a clock: a block whose ``valid``
-    waits for ``ready`` then hangs, and the time-out tells.
+    With stalls, the first and the last word must be valid for a cycle before they are accepted: a block whose ``valid`` waits for
+    ``ready`` then hangs, and this raises :class:`TimeoutError`.
     """
     payload, valid, ready = _members(dut, name)
-    words = []
+    words: list[int] = []
     idle = 0
     offered = False
     while len(words) < count:
@@ -83,8 +93,8 @@ async def sink(dut, name, count, *, rng, stall=0.0, timeout=TIMEOUT):
     return words
 
 
-async def drain(dut, name, clocks=64):
-    """Take whatever else the stream ``name`` offers within ``clocks`` clocks; a correct block offers nothing after its last word."""
+async def drain(dut: Any, name: str, clocks: int = 64) -> list[int]:
+    """Extra payloads of the stream ``name`` within ``clocks`` clocks: a correct block has none after its last word."""
     payload, valid, ready = _members(dut, name)
     ready.value = 1
     words = []
@@ -97,11 +107,11 @@ async def drain(dut, name, clocks=64):
     return words
 
 
-async def check_rules(dut, name, transfers=None, clocks=None):
-    """Run in the background (``cocotb.start_soon``): a payload holds until taken and is never X.
+async def check_rules(dut: Any, name: str, transfers: list[int] | None = None, clocks: list[int] | None = None) -> None:
+    """Run in the background (``cocotb.start_soon``): a payload holds until accepted and is never X.
 
-    Appends every transfer to ``transfers`` and its clock, counted from the start of the checker, to ``clocks``. Start it once the
-    reset is over and ``valid`` and ``ready`` are driven.
+    Appends each transfer to ``transfers`` and its clock, counted from the start of the checker, to ``clocks``. Start it after the
+    reset, with ``valid`` and ``ready`` driven.
     """
     payload, valid, ready = _members(dut, name)
     held = None
@@ -114,7 +124,7 @@ async def check_rules(dut, name, transfers=None, clocks=None):
             assert offer, f"{name}: valid dropped before a transfer, clock {clock}"
             assert word == held, f"{name}: payload changed while stalled, clock {clock}: {held} -> {word}"
         if word is not None:
-            assert word.is_resolvable, f"{name}: word offered at clock {clock} is {word}"
+            assert word.is_resolvable, f"{name}: word valid at clock {clock} is {word}"
             if take:
                 if transfers is not None:
                     transfers.append(word.to_unsigned())

@@ -1,24 +1,28 @@
-"""Frames in a row through a component whose plain inputs change from frame to frame."""
+"""Consecutive frames through a component whose plain inputs change from frame to frame."""
+
+from collections.abc import Mapping, Sequence
+from typing import Any
 
 from amaranth.sim import Simulator
 
-from .streams import TIMEOUT, check_rules, receive, send
+from .streams import TIMEOUT, Random, check_rules, receive, send
 
 
 __all__ = ["run_frames"]
 
 
-def run_frames(dut, frames, *, rng, stall_i=0.0, stall_o=0.0, drain=64, timeout=TIMEOUT, cycles=None):
-    """Push frames through ``dut``; return all that came out, extra words too.
+def run_frames(dut: Any, frames: Sequence[tuple[Sequence[Any], Mapping[str, int]]], *, rng: Random, stall_i: float = 0.0,
+               stall_o: float = 0.0, drain: int = 64, timeout: int = TIMEOUT, cycles: dict[str, list[int]] | None = None) -> list[Any]:
+    """Send frames through ``dut``; return all payloads of the output, extra ones too.
 
-    The plain inputs of a frame hold while its first word is offered; at all other times they are noise.
+    The plain inputs of a frame hold while its first word is valid; at all other times they are noise.
 
     Parameters
     ----------
     frames : sequence of (list of payloads, dict)
-        Words of a frame and the plain inputs that it is to be sampled with, by member name; the same names for all.
+        Words of a frame and its plain inputs, by member name; the same names for all frames.
     stall_i, stall_o, drain, timeout, cycles
-        As of :func:`sim.kit.streams.run_stream`.
+        As in :func:`sim.kit.streams.run_stream`.
     """
     count = sum(len(words) for words, _ in frames)
     taken: list = []
@@ -29,7 +33,7 @@ def run_frames(dut, frames, *, rng, stall_i=0.0, stall_o=0.0, drain=64, timeout=
     async def source(ctx):
         for words, inputs in frames:
             for word in words:
-                # Set as the word is offered, and not before: an idle cycle shows noise.
+                # Set in the cycle in which the word becomes valid, not before: an idle cycle has noise.
                 while rng.random() < stall_i:
                     await ctx.tick()
                 if word is words[0]:

@@ -1,29 +1,39 @@
-"""Stream drivers, receiver and rule checker for Amaranth's own simulator.
+"""Stream drivers, receiver and rule checker for Amaranth's simulator.
 
 ``rng`` is anything with a method ``random()`` (``numpy.random.default_rng(seed)``, ``random.Random(seed)``). Stalls are
 probabilities for each cycle. Time-outs count cycles *without a transfer*, so they need no scaling with the amount of data.
 """
 
+from collections.abc import Awaitable, Callable, Iterable, Mapping, Sequence
+from typing import Any, Protocol
+
 from amaranth.hdl import Value
 from amaranth.sim import Simulator
 
 
-__all__ = ["TIMEOUT", "check_rules", "receive", "run_stream", "send"]
+__all__ = ["TIMEOUT", "Random", "check_rules", "receive", "run_stream", "send"]
 
 
+#: Cycles without a transfer.
 TIMEOUT = 10_000
 
 
+class Random(Protocol):
+    """A source of random numbers."""
+    def random(self) -> float:
+        """From 0, including, to 1, excluding."""
+
+
 def _poison(ctx, stream, rng):
-    """Leave noise in the payload of an idle stream: a block that reads it without looking at ``valid`` shows up."""
+    """Leave noise in the payload of an idle stream, so that a block that reads it without ``valid`` fails."""
     payload = Value.cast(stream.payload)
     # A float has 53 bits, a payload may have thousands.
     chunks = [int(rng.random() * 2**32) << place for place in range(0, len(payload), 32)]
     ctx.set(payload, sum(chunks) % 2**len(payload))
 
 
-async def send(ctx, stream, payloads, *, rng, stall=0.0, timeout=TIMEOUT):
-    """Put ``payloads`` into ``stream``, idling with probability ``stall`` before each."""
+async def send(ctx: Any, stream: Any, payloads: Sequence[Any], *, rng: Random, stall: float = 0.0, timeout: int = TIMEOUT) -> None:
+    """Send ``payloads``; each cycle before one is idle with probability ``stall``."""
     for index, payload in enumerate(payloads):
         while rng.random() < stall:
             _poison(ctx, stream, rng)
@@ -35,18 +45,18 @@ async def send(ctx, stream, payloads, *, rng, stall=0.0, timeout=TIMEOUT):
             if ready:
                 break
         else:
-            raise TimeoutError(f"payload {index} of {len(payloads)} not taken for {timeout} cycles")
+            raise TimeoutError(f"payload {index} of {len(payloads)} not accepted for {timeout} cycles")
         ctx.set(stream.valid, 0)
     _poison(ctx, stream, rng)
 
 
-async def receive(ctx, stream, count, *, rng, stall=0.0, timeout=TIMEOUT):
-    """Take ``count`` payloads from ``stream``, stalling with probability ``stall``; return them.
+async def receive(ctx: Any, stream: Any, count: int, *, rng: Random, stall: float = 0.0, timeout: int = TIMEOUT) -> list[Any]:
+    """Accept ``count`` payloads and return them; ``ready`` is low in a cycle with probability ``stall``.
 
-    With stalls, the first and the last payload are not taken before they have been offered for a cycle: a block whose ``valid``
-    waits for ``ready`` then hangs, and the time-out tells.
+    With stalls, the first and the last payload must be valid for a cycle before they are accepted: a block whose ``valid`` waits for
+    ``ready`` then hangs, and this raises :class:`TimeoutError`.
     """
-    received = []
+    received: list[Any] = []
     idle = 0
     offered = False
     while len(received) < count:
@@ -64,12 +74,13 @@ async def receive(ctx, stream, count, *, rng, stall=0.0, timeout=TIMEOUT):
     return received
 
 
-def check_rules(stream, transfers, cycles=None, *, name="stream"):
-    """Background testbench: a payload holds until taken. Appends every transfer to ``transfers``, its cycle to ``cycles``.
+def check_rules(stream: Any, transfers: list[Any], cycles: list[int] | None = None, *,
+                name: str = "stream") -> Callable[[Any], Awaitable[None]]:
+    """Background testbench: a payload holds until accepted. Appends each transfer to ``transfers``, its cycle to ``cycles``.
 
-    Cycle 0 is the first one after the start of the simulation.
+    Cycle 0 is the first one of the simulation.
     """
-    async def testbench(ctx):
+    async def testbench(ctx: Any) -> None:
         held = None
         cycle = 0
         async for _, reset, valid, ready, payload in ctx.tick().sample(stream.valid, stream.ready, stream.payload):
@@ -85,20 +96,21 @@ def check_rules(stream, transfers, cycles=None, *, name="stream"):
     return testbench
 
 
-def run_stream(dut, payloads, *, rng, stall_i=0.0, stall_o=0.0, drain=16, count=None, timeout=TIMEOUT, inputs=None, cycles=None,
-               i="i", o="o"):
-    """Push ``payloads`` through ``dut``; return all that came out, extra words too.
+def run_stream(dut: Any, payloads: Iterable[Any], *, rng: Random, stall_i: float = 0.0, stall_o: float = 0.0, drain: int = 16,
+               count: int | None = None, timeout: int = TIMEOUT, inputs: Mapping[str, Any] | None = None,
+               cycles: dict[str, list[int]] | None = None, i: str = "i", o: str = "o") -> list[Any]:
+    """Send ``payloads`` through ``dut``; return all payloads of the output, extra ones too.
 
     Parameters
     ----------
     stall_i, stall_o : float
-        Probability of an idle cycle before each payload in, of a stall in each cycle out.
+        Probability of an idle cycle before an input payload; of a low ``ready`` in a cycle of the output.
     drain : int
-        Cycles with ``ready`` high after the last expected word: a duplicated or invented word shows up in them.
+        Cycles with ``ready`` high after the last expected payload, in which an extra one is received.
     count : int
-        Words expected out; as many as ``payloads`` by default.
+        Payloads expected from the output; by default as many as are sent.
     inputs : dict
-        Plain inputs to set before the start, by member name.
+        Plain inputs, set before the first cycle, by member name.
     cycles : dict
         Receives the cycle of every transfer: ``cycles["i"]`` and ``cycles["o"]``.
     i, o : str
