@@ -46,5 +46,5 @@ def test_lint_complains(simulator, fault, verilog, tmp_path):
     assert fault[0] in text
     wrong = tmp_path / "stereo.v"
     wrong.write_text(text.replace(*fault))
-    with pytest.raises(SimulationError, match=f"{simulator} does not take stereo"):
+    with pytest.raises(SimulationError, match=f"{simulator} rejects stereo"):
         lint(simulator, [wrong, *STUBS], "stereo")

@@ -1,11 +1,11 @@
-"""A matcher's Verilog run on pictures: text pictures out, ``harness.v`` in a simulator, labels and counts back."""
+"""A matcher's Verilog run on pictures: writes text pictures, runs ``harness.v`` in a simulator, reads disparities and counts."""
 
 import contextlib
 import itertools
 import os
 import threading
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -29,17 +29,17 @@ __all__ = ["Frame", "Result", "emit", "mismatches", "simulate"]
 _HARNESS = Path(__file__).with_name("harness.v")
 _TOP = "harness"
 
-# Seconds between two looks at how far the simulator is.
+# Seconds between two reports of progress.
 _POLL = 0.1
 
 
 @dataclass(frozen=True)
 class Frame:
-    """What the harness counted of one frame, in pixels and clocks.
+    """Size and timing of one frame, in pixels and clocks.
 
-    ``clocks``: from the first pixel pair taken to the last disparity given, both counted. ``in_clocks``: from the first pair taken to
-    the last pair taken, both counted. ``out_clocks``: from the first disparity given to the last. ``latency``: the longest time
-    from a pair being taken to its disparity being offered; ``latency_first``: that of the first pixel.
+    ``clocks``: from the first pixel pair accepted to the last disparity transferred, both counted. ``in_clocks``: from the first pair
+    accepted to the last, both counted. ``out_clocks``: from the first disparity transferred to the last. ``latency``: the longest time
+    from a pair's transfer to the clock in which its disparity is valid; ``latency_first``: that of the first pixel.
     """
     width: int
     height: int
@@ -51,27 +51,29 @@ class Frame:
 
     @property
     def clocks_per_pixel(self) -> float:
-        """The slower of input and output. A picture smaller than what the matcher holds enters faster than it leaves."""
+        """Of the slower of input and output. A picture that fits into the matcher's buffers enters faster than it leaves."""
         pixels = self.width * self.height
         return max(self.in_clocks / pixels, self.out_clocks / max(pixels - 1, 1))
 
 
 @dataclass(frozen=True)
 class Result:
-    """Labels and counts of a run.
+    """Disparities and counts of a run.
 
     Parameters
     ----------
     fields : list of dict of str to (H, W) ndarray
-        Of each frame, what the Verilog gave: names as in ``config.result_fields``, int32. ``disparity`` is in units of
+        Output of the Verilog for each frame: names as in ``config.result_fields``, int32. ``disparity`` is in units of
         ``1 / config.method.disparity_scale`` pixel.
     frames : list of Frame
     report : dict of str to int
-        What was counted over the whole run: ``clocks``, ``frames``, ``pixels_in``, ``pixels_out``, and the counts of faults, all 0.
+        Counts of the whole run: ``clocks``, ``frames``, ``pixels_in``, ``pixels_out``, and the counts of faults, all 0.
     seconds : float
         Of simulation, from the first clock to the last.
     build_seconds : float
-        Of emission and compilation; next to nothing where a build was there already.
+        Of emission and compilation; a fraction of a second where the model is in the store.
+    waves : path
+        Waveform file, if there is one.
     """
     fields: list[dict[str, NDArray[Any]]]
     frames: list[Frame]
@@ -90,8 +92,8 @@ def emit(config: MatcherConfig, path: Path) -> Path:
     return write_verilog(Matcher(config), path, name="matcher")
 
 
-def mismatches(result: Result, number: int, left, right, config: MatcherConfig) -> int:
-    """Pixels of a frame of which any field is not what the golden model gives for ``config``."""
+def mismatches(result: Result, number: int, left: NDArray[np.uint8], right: NDArray[np.uint8], config: MatcherConfig) -> int:
+    """Number of pixels of frame ``number`` of which any field differs from the golden model's for ``config``."""
     golden, given = match(left, right, config), result.fields[number]
     return int(np.count_nonzero(np.any([given[name] != golden[name] for name in config.result_fields], axis=0)))
 
@@ -103,7 +105,7 @@ def _placed(fields: Mapping[str, int]) -> dict[str, tuple[int, int]]:
 
 
 def _read_report(path: Path) -> tuple[dict[str, int], list[Frame], float]:
-    """Counts of the run, of its frames, and seconds."""
+    """Counts of the run, of its frames, and the seconds."""
     report: dict[str, int] = {}
     frames: list[dict[str, int]] = []
     seconds = 0.0
@@ -117,7 +119,7 @@ def _read_report(path: Path) -> tuple[dict[str, int], list[Frame], float]:
                 frames.append({})
             frames[int(number)][name] = int(value)
         else:
-            # A count that Icarus shows as x or z is not zero.
+            # Icarus may print a count as x or z: that is a fault, not zero.
             report[key] = int(value) if value.isdigit() else -1
     return report, [Frame(**frame) for frame in frames], seconds
 
@@ -155,47 +157,46 @@ def _watch(path: Path, progress: Callable[[int], None] | None):
         thread.join()
 
 
-def simulate(config: MatcherConfig, lefts, rights, *, simulator: str, work_dir: str | os.PathLike[str], stall_i: float = 0.0,
-             stall_o: float = 0.0, settings: Mapping[str, int] | None = None, seed: int = 1,
-             waves: bool = False, progress: Callable[[int], None] | None = None, stage: Callable[[str], None] = lambda text: None,
-             verilog: str | os.PathLike[str] | None = None, timeout: int = 200_000) -> Result:
+def simulate(config: MatcherConfig, lefts: Sequence[NDArray[np.uint8]], rights: Sequence[NDArray[np.uint8]], *, simulator: str,
+             work_dir: str | os.PathLike[str], stall_i: float = 0.0, stall_o: float = 0.0, settings: Mapping[str, int] | None = None,
+             seed: int = 1, waves: bool = False, progress: Callable[[int], None] | None = None,
+             stage: Callable[[str], None] = lambda text: None, verilog: str | os.PathLike[str] | None = None,
+             timeout: int = 200_000) -> Result:
     """Run pictures through the Verilog of ``Matcher(config)``, one frame after another.
 
     Parameters
     ----------
     config : MatcherConfig
     lefts, rights : sequence of (H, W) uint8 ndarray
-        Grey levels, as many of both; frames may differ in size.
+        Grey levels, as many left as right pictures; frames may differ in size.
     simulator : str
         One of :data:`sim.kit.simulators.SIMULATORS`.
     work_dir : path
-        Folder for Verilog, builds, text pictures and logs. A build that is there is used again if nothing has changed.
+        Folder for Verilog, model, text pictures and logs of this run alone.
     stall_i, stall_o : float
-        Chance of an idle clock before a pixel pair, of a clock in which no disparity is taken; rounded to 1/256, below 1.
+        Probability of an idle clock before a pixel pair; of a clock in which ``ready`` of the output is low. Rounded to 1/256, below 1.
     settings : dict of str to int
-        Given to the inputs of these names, see :attr:`golden.config.MatcherConfig.settings`, the others as ``config`` has them; by default
-        none is
-        set and those that are built in hold.
+        Values of the inputs of these names, see :attr:`golden.config.MatcherConfig.settings`; the other inputs have the values of
+        ``config``. By default no setting is written, and the built-in values hold.
     seed : int
         Of the stalls.
     waves : bool
-        Leave a waveform file too.
+        Write a waveform file too.
     progress : callable
-        Called now and then, from another thread, with the number of picture lines done.
+        Called several times a second, from another thread, with the number of picture lines that are finished.
     stage : callable
-        Called with what is being done now.
+        Called with the name of each step as it begins.
     verilog : path
-        Verilog of the matcher, if it has been emitted already.
+        Verilog of the matcher; emitted by default.
     timeout : int
-        Clocks without a transfer after which the harness gives up.
+        Clocks without a transfer after which the run ends as hung.
 
     Returns
     -------
     Result
-        :class:`SimulationError` if the matcher hung, gave too many words, a wrong flag or an unknown bit, broke a rule of streams, or
-        took a frame for ragged. Labels are not compared.
+        :class:`SimulationError` if the matcher hung, had extra words, a wrong flag or an unknown bit in its output, broke a rule of
+        streams, or raised ``error``. Disparities are not compared.
     """
-    # Absolute, but not resolved yet: what is there need not exist.
     work = Path(work_dir).absolute()
     work.mkdir(parents=True, exist_ok=True)
     start = time.perf_counter()

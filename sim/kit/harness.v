@@ -1,23 +1,24 @@
-// Bench around a matcher: reads the left and the right text picture, drives the stream of pixel pairs, takes the stream of
-// disparities, writes a text picture (six digits a word where two are not enough), and counts clocks. The language outside is needed at
-// the start (`go`) and at the end (`done`) only: it would slow every clock. Verilog-2001 without delays, for Icarus and for Verilator without --timing.
+// Bench around a matcher: reads the left and the right text picture, drives the stream of pixel pairs, receives the stream of
+// disparities, writes a text picture (six digits a word where two are not enough), and counts clocks. Python drives the clock, `go`, and
+// waits for `done`: a call of Python in each clock would be slow. Verilog-2001 without delays, for Icarus and for Verilator without
+// --timing.
 //
-// A file may hold several pictures: they are frames in a row, without a pause between them.
+// A file may hold several pictures: they are consecutive frames without a pause between them.
 //
 // SETTING_PORTS is defined as the connections of the matcher's settings to bits of `settings`.
 //
 // Plusargs: +left= +right= +output= +report=  files
-//           +stall_i= +stall_o=               chance of a stall in each clock, in 1/256; 0 by default
+//           +stall_i= +stall_o=               probability of a stall in each clock, in 1/256; 0 by default
 //           +seed=                            of the stalls
 //           +settings=                        all settings, hexadecimal; those the matcher was built with by default
-//           +timeout=                         clocks without a transfer after which the bench gives up; 200000 by default
+//           +timeout=                         clocks without a transfer after which the run ends as hung; 200000 by default
 //
-// The report is lines of `key value`. All times are in clocks; latency counts from the clock in which a pixel pair is taken to the
-// clock in which its disparity is first offered.
+// The report is lines of `key value`. All times are in clocks; latency counts from the clock in which a pixel pair is accepted to the
+// first clock in which its disparity is valid.
 
 /* verilator lint_off BLKSEQ */
 module harness #(
-  parameter WORD_BITS = 7,       // of an outgoing word but its flags: up to 24
+  parameter WORD_BITS = 7,       // of an output word without its flags: up to 24
   parameter SETTING_BITS = 27    // of all settings
 ) (
   input      clk,
@@ -27,7 +28,7 @@ module harness #(
 );
   localparam FRAMES = 1024;     // frames that may be inside the matcher at once
   localparam PIXELS = 32768;    // pixels that may be inside the matcher at once
-  localparam DRAIN = 64;        // clocks to wait for surplus words after the last expected one
+  localparam DRAIN = 64;        // clocks to wait for extra words after the last expected one
   localparam NAME = 8 * 1024;   // bits of a file name
 
   // Streams
@@ -53,7 +54,7 @@ module harness #(
   integer left_file, right_file, output_file, report_file;
   integer stall_i, stall_o, seed, timeout, given;
 
-  // Input side: the picture being read, and the pixel to be offered next
+  // Input side: the picture that is read, and the next pixel
 
   integer rc, rc_right, left, right, right_width, right_height;
   integer in_width, in_height, in_x, in_y;
@@ -62,7 +63,7 @@ module harness #(
   reg     in_taken;
   reg     bad_files;
 
-  // Output side, and what the input side hands over to it
+  // Output side, and sizes and times from the input side
 
   integer width_of [0:FRAMES-1];
   integer height_of [0:FRAMES-1];
@@ -71,8 +72,8 @@ module harness #(
   reg [31:0] taken_at [0:PIXELS-1];
   reg [31:0] frames_read, frames_begun, frames_taken, frames_given, pixels_taken, pixels_given, read_ring, ring;
   integer out_width, out_height, out_x, out_y;
-  reg     new_offer;            // the word on offer is seen for the first time
-  reg     seen;                 // the first word of the frame has been offered
+  reg     new_offer;            // first clock in which the word is valid
+  reg     seen;                 // the first word of the frame has been valid
   reg     held;
   reg     first, last, end_;
   reg [23:0] word;
@@ -93,8 +94,8 @@ module harness #(
     end
   endfunction
 
-  // Read the header of the next pair of pictures, if there is one. Nothing is left open behind the last pixel of a pair: that it
-  // is the last of all must be known before the next clock.
+  // Read the header of the next pair of pictures, if there is one. It is read in the clock of the last pixel before it: whether that is
+  // the last of all must be known before the next clock.
   task next_picture;
     begin
       rc = $fscanf(left_file, " // %d %d", in_width, in_height);

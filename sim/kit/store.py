@@ -1,4 +1,4 @@
-"""Compiled models kept by content: what one run has compiled serves the next one, and the other workers of the same run."""
+"""Compiled models kept by content: each is compiled once for all tests, all workers of a test run, and all later runs."""
 
 import contextlib
 import fcntl
@@ -23,11 +23,10 @@ _LOCK = "lock"
 
 
 class Store:
-    """A folder of files, each under a key that says all it was made from.
+    """A folder of files, each named by a key that is made from all that the file depends on.
 
-    A file is there whole or not at all, however many processes store the same one, and whenever one of them is interrupted. Once the
-    files exceed ``limit`` bytes, those that were used least recently are removed. A store that cannot be written holds nothing; it is
-    no error.
+    A file is complete or absent, whichever processes write it at the same time, and whenever one of them is interrupted. If the files
+    exceed ``limit`` bytes, the least recently used ones are removed. A store that cannot be written stays empty, without an error.
 
     Parameters
     ----------
@@ -41,7 +40,7 @@ class Store:
         self.limit = limit
 
     def fetch(self, key: str, target: Path) -> bool:
-        """Copy the file of ``key`` to ``target``; whether there is one."""
+        """Copy the file of ``key`` to ``target``; whether the store has it."""
         kept = self.folder / key
         try:
             _copy(kept, target)
@@ -60,20 +59,20 @@ class Store:
 
     @contextlib.contextmanager
     def making(self, key: str) -> Iterator[None]:
-        """While the block runs, other processes that are about to make the file of ``key`` wait; a process that ends waits no longer."""
+        """Lock ``key``: another process that enters this waits until the block is left, or until this process ends."""
         with contextlib.ExitStack() as stack:
             with contextlib.suppress(OSError):
                 self.folder.mkdir(parents=True, exist_ok=True)
                 lock = stack.enter_context((self.folder / _LOCK).open("a"))
-                # A byte of the file for each key: no file is left behind for each. Closing the file ends the lock.
+                # Each key locks a byte of one file, so that there is no file for each. Closing the file ends the lock.
                 fcntl.lockf(lock, fcntl.LOCK_EX, 1, int.from_bytes(key.encode()[-7:]))
             yield
 
     def _shrink(self) -> None:
-        """Remove files, the one that was used least recently first, until the rest is within the limit."""
+        """Remove the least recently used files until the rest is within the limit."""
         files = []
         for path in self.folder.iterdir():
-            # Another process may remove it meanwhile.
+            # Another process may have removed it.
             with contextlib.suppress(OSError):
                 status = path.stat()
                 if path.name != _LOCK:
@@ -87,7 +86,7 @@ class Store:
 
 
 def _copy(source: Path, target: Path) -> None:
-    """Copy a file with its mode; ``target`` is replaced at once, so that who runs or reads it is not disturbed."""
+    """Copy a file with its mode. ``target`` is replaced in one step: a process that runs or reads the old file keeps it."""
     with source.open("rb") as data:
         handle, name = tempfile.mkstemp(prefix=".", dir=target.parent)
         try:
@@ -102,15 +101,15 @@ def _copy(source: Path, target: Path) -> None:
 
 @functools.cache
 def _temporary() -> "tempfile.TemporaryDirectory[str]":
-    """Removed as the process ends."""
+    """Of this process, which removes it as it ends."""
     return tempfile.TemporaryDirectory(prefix="models-")
 
 
 @functools.cache
 def models() -> Store:
-    """The store of compiled models: ``build/models`` of the project, which ``make clean`` removes.
+    """The store of compiled models: the project's folder ``build/models``, which ``make clean`` removes.
 
-    Where there is no such folder to write in, as in an installed copy, it is a temporary one of this process alone.
+    Where that cannot be written, and in an installed copy, it is a temporary folder of this process.
     """
     folder = ROOT / "build" / "models"
     try:
