@@ -1,6 +1,6 @@
 """The main job: ``python -m sim.run [LEFT RIGHT]`` sends a stereo pair through the simulated Verilog of the matcher.
 
-Pictures become text pictures, the simulator reads them and writes another, and that becomes the disparity picture, which must equal
+The pictures are written as text, the simulator reads them and writes the disparities as text, and the disparity picture must equal
 the golden model's in every pixel.
 """
 
@@ -44,12 +44,12 @@ def _parser() -> Parser:
     parser.add_argument("--output", type=Path, default=Path("build/run"), metavar="DIR",
                         help="folder for the results (default: %(default)s)")
     parser.add_argument("--waves", action="store_true", help="also leave a waveform file in DIR: FST from icarus, VCD from verilator; "
-                        "small pictures only, because it takes kilobytes a clock")
+                        "for small pictures, because it has kilobytes for each clock")
     return parser
 
 
 def output_folder(path: Path) -> Path:
-    """Make the folder; :class:`UserError` if it does not take files."""
+    """Make the folder; :class:`UserError` if no file can be written there."""
     try:
         path.mkdir(parents=True, exist_ok=True)
         # Only an attempt tells: permission bits say nothing of a read-only file system, nor to root.
@@ -92,7 +92,8 @@ def _write(folder: Path, left, right, result: Result, config: MatcherConfig, rep
         file.write((json.dumps(report, indent=2) + "\n").encode())
 
 
-def simulate_shown(config: MatcherConfig, left, right, simulator: str, work: Path, waves: bool = False) -> Result:
+def simulate_shown(config: MatcherConfig, left: NDArray[np.uint8], right: NDArray[np.uint8], simulator: str,
+                   work: Path, waves: bool = False) -> Result:
     """:func:`sim.kit.harness.simulate` of one frame, with a progress bar; without a terminal, a line a stage."""
     with progress() as bar:
         task = bar.add_task("", total=left.shape[0])

@@ -12,6 +12,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 from rich.console import Console
 from rich.table import Table
 
@@ -37,7 +38,7 @@ __all__ = ["main", "run_full", "run_small"]
 
 _HARNESS = Path(__file__).with_suffix(".v")
 
-# The right camera is so much later, and the monitor begins to fetch a frame so long after the reset, that its picture is there.
+# Delay of the right camera; and of the monitor's first frame after the reset, when its picture is in the memory.
 _RIGHT_SECONDS = 0.002
 _DISPLAY_SECONDS = 0.0095
 
@@ -54,7 +55,7 @@ def run_small(folder: Path, test: str, *, size: str = "small", **env: str | int)
 
 
 def _fit(picture, format: CameraFormat):
-    """The picture in a camera's size: what is larger is cropped around the centre, what is smaller repeats its edges."""
+    """The picture in a camera's size: cropped around the centre, or padded by edge replication."""
     for axis, size in enumerate((format.height, format.width)):
         beyond = picture.shape[axis] - size
         if beyond > 0:
@@ -80,8 +81,9 @@ def _report(path: Path) -> dict[str, float]:
     return {key: float(value) for key, value in (line.split() for line in path.read_text().splitlines())}
 
 
-def run_full(size: Size, pair, folder: Path, simulator: str = "verilator"):
-    """One pair through ``system.v``; what was counted, and the monitor's picture."""
+def run_full(size: Size, pair: Sequence[NDArray[np.uint8]], folder: Path,
+             simulator: str = "verilator") -> tuple[dict[str, float], NDArray[np.uint8]]:
+    """One pair through ``system.v``; the counts, and the monitor's picture."""
     system = size.system()
     memory_map = system.memory_map
     source = write_verilog(system, folder / "full.v", name=TOP)
@@ -100,7 +102,7 @@ def run_full(size: Size, pair, folder: Path, simulator: str = "verilator"):
         plusargs=[*(f"+{name}=../{path.name}" for name, path in files.items()), f"+right_at={camera.frame_bytes - late}"],
         env={"PERIODS": " ".join(map(str, periods)), "DISPLAY_NS": round(_DISPLAY_SECONDS * 1e9)})
     monitor = Monitor(display)
-    for _ in range(2):  # the edge that it waits for
+    for _ in range(2):  # so that it sees an edge
         monitor.clock(7 << 24)
     with files["output"].open() as file:
         for line in file:

@@ -33,7 +33,7 @@ EXCEPTIONS = {("hdl/build.py", "boards.registry")}
 # Rooms: the packages, and the folders in them.
 ROOMS = sorted(".".join(path.parent.relative_to(ROOT).parts) for package in PACKAGES[:-1] for path in (ROOT / package).rglob("__init__.py"))
 # Rooms whose public signatures do not have all their types yet: to be empty.
-UNTYPED = {"sim", "sim.benches", "sim.kit"}
+UNTYPED = {"sim.kit"}
 
 
 def name(path):

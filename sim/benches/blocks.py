@@ -1,4 +1,6 @@
-"""All blocks of the matcher beside one another: one emission and one build serve the benches of all of them."""
+"""All blocks of the matcher in one design, which is emitted and compiled once for the benches of all of them."""
+
+from typing import Any
 
 from amaranth import *
 from amaranth.lib import wiring
@@ -18,6 +20,7 @@ from hdl.matcher.stream import BecWord
 __all__ = ["CONFIGS", "Blocks"]
 
 
+#: By arithmetic.
 CONFIGS = {
     "thesis": MatcherConfig(labels=6, max_width=13, method=OnePass(Arithmetic.THESIS)),
     "linear": MatcherConfig(labels=6, in_use=5, max_width=13, method=OnePass(Arithmetic.LINEAR)),
@@ -25,7 +28,7 @@ CONFIGS = {
 
 
 class Blocks(wiring.Component):
-    """Each block under its own name: ports are called ``block__member``.
+    """Ports of a block are called ``block__member``.
 
     Members
     -------
@@ -50,7 +53,7 @@ class Blocks(wiring.Component):
         }
         super().__init__({name: Out(block.signature) for name, block in self.blocks.items()})
 
-    def elaborate(self, platform):
+    def elaborate(self, platform: Any) -> Module:
         m = Module()
         for name, block in self.blocks.items():
             m.submodules[name] = block

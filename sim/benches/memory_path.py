@@ -1,4 +1,6 @@
-"""All writers and readers of the memory at one arbiter: what benches put a memory model to."""
+"""All writers and readers of the memory at one arbiter, for benches with a memory model."""
+
+from typing import Any
 
 from amaranth import *
 from amaranth.lib import wiring
@@ -23,7 +25,7 @@ class MemoryPath(wiring.Component):
     bus : Out(LocalBus())
     *block* : Out(signature of the block, but for its ``port``)
     """
-    def __init__(self, memory_map: MemoryMap, config: MatcherConfig, *, burst=16, size=1, depth=48):
+    def __init__(self, memory_map: MemoryMap, config: MatcherConfig, *, burst: int = 16, size: int = 1, depth: int = 48):
         options = {"burst": burst, "depth": depth}
         self.arbiter = Arbiter(4, 2, burst=burst, size=size)
         self.writers = {
@@ -43,7 +45,7 @@ class MemoryPath(wiring.Component):
                for name, block in self.blocks.items()},
         })
 
-    def elaborate(self, platform):
+    def elaborate(self, platform: Any) -> Module:
         m = Module()
         m.submodules.arbiter = self.arbiter
         wiring.connect(m, self.arbiter.bus, wiring.flipped(self.bus))

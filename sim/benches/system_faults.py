@@ -1,4 +1,4 @@
-"""Faults of the whole system, by name: what goes wrong, and which counter must tell of it."""
+"""Faults of the whole system, by name: how each is caused, and which register counts it."""
 
 import dataclasses
 from collections.abc import Awaitable, Callable
@@ -23,9 +23,9 @@ class Fault:
     counter : str
         Register that counts it.
     strike : coroutine function
-        Called with the rig; returns when the fault is over.
+        Causes the fault; returns when it is over.
     kept : bool
-        No picture may be lost to it.
+        No picture is lost.
     """
     counter: str
     strike: Callable[[Rig], Awaitable[None]]
@@ -33,11 +33,11 @@ class Fault:
 
 
 def _film(side, *faults):
-    """Faults of a camera's next frames."""
+    """Faults in a camera's next frames."""
     async def strike(rig):
         film = rig.films[side]
         film.faults.extend(faults)
-        end = film.frames + len(faults) + 1     # those, after the one under way
+        end = film.frames + len(faults) + 1     # those, after the one in transmission
         await rig.until(lambda: film.frames >= end)
     return strike
 
@@ -57,7 +57,7 @@ async def _refresh_storm(rig):
 
 
 async def _line_noise(rig):
-    """Bytes that are none, and a silence after which the line works again: the time-out, and a reply to noise."""
+    """Levels that are not bytes, then an idle line, after which it works again: time-out, and a reply to noise."""
     rig.host.rng = Random(1)
     rig.host.send_noise(60)
     rig.host.send_level(1, rig.QUIET_BITS)
@@ -72,7 +72,7 @@ async def _camera_reset(rig):
 
 
 def _silent(chip, register):
-    """A chip takes no byte until that has been counted; then all is well, and it is set up again."""
+    """A chip acknowledges no byte until that is counted; then it does, and is set up."""
     async def strike(rig):
         faults = getattr(rig, chip).faults
         faults.append(ChipFault("no acknowledge", register))

@@ -1,13 +1,15 @@
-"""All that is around the video system on its board, for cocotb benches on its Verilog: cameras, memory, chips, host, monitor."""
+"""Models around the video system, for cocotb benches on its Verilog: cameras, memory, chips, host, monitor."""
 
 import os
 from collections import deque
-from typing import ClassVar
+from collections.abc import Callable, Iterator
+from typing import Any, ClassVar
 
 import cocotb
 import numpy as np
 from cocotb.clock import Clock
 from cocotb.triggers import RisingEdge, Timer
+from numpy.typing import NDArray
 
 from golden.host.protocol import BAUD, FRAME_BYTES, FRAME_SECONDS, Operation, Request, Status, encode_request, first_reply
 from golden.host.registers import register_map
@@ -15,6 +17,7 @@ from golden.matcher.matcher import disparities
 from golden.pictures.scenes import scene
 from golden.video.bt656 import BLANK_CHROMA, BLANK_LUMA, clip
 from golden.video.display import DisplayMode, monitor_picture
+from golden.video.formats import CameraFormat
 from golden.video.setup_steps import TVP5154
 from sim.benches.system_sizes import CLOCK_HZ, SETUP_HZ, SIZES, UART_CYCLES
 from sim.models.camera import STOPPED, Camera, play_cocotb
@@ -31,29 +34,29 @@ __all__ = ["NO_CLOCK", "NO_SIGNAL", "SIDES", "Film", "Rig"]
 
 SIDES = ("left", "right")
 
-#: Whole frames of a camera that is not there: blanking without a code, and a clock that stands still.
+#: Whole frames of a camera that is disconnected: blanking without timing codes, and a stopped clock.
 NO_SIGNAL, NO_CLOCK = "no signal", "no clock"
 
 
 class Film:
-    """What a camera sends, for ever: the picture in front of it, and the faults that wait for the frames to come.
+    """Bytes of a camera without end: frames of the picture in front of it, with the faults that are queued.
 
     Attributes
     ----------
     picture : (H, W) uint8 ndarray
     faults : deque of str or None
-        Of the next frames; names of :data:`sim.models.camera.FAULTS`, :data:`NO_SIGNAL`, :data:`NO_CLOCK`.
+        Of the next frames: names of :data:`sim.models.camera.FAULTS`, :data:`NO_SIGNAL`, :data:`NO_CLOCK`.
     frames : int
-        Frames begun.
+        Number of frames that have begun.
     """
-    def __init__(self, format, picture, *, seed):
+    def __init__(self, format: CameraFormat, picture: NDArray[Any], *, seed: int):
         self.format = format
         self.camera = Camera(format, seed=seed)
         self.picture = picture
         self.faults: deque[str | None] = deque()
         self.frames = 0
 
-    def __iter__(self):
+    def __iter__(self) -> Iterator[int]:
         while True:
             self.frames += 1
             fault = self.faults.popleft() if self.faults else None
@@ -66,24 +69,24 @@ class Film:
 
 
 class Rig:
-    """The system between its models.
+    """The system, connected to its models.
 
     Parameters
     ----------
     dut
         Handle of the module ``stereo_system``.
     seed : int
-        Of the memory's timing, of the cameras' faults and of the pair in front of them.
+        Of the memory's timing, the cameras' faults and the scenes in front of the cameras.
     timing : Ddr2Timing
     """
-    #: Cameras differ from their nominal clock, in parts of a million, and begin apart, in frames.
+    #: Deviation of the cameras' clocks, in parts per million, and the time of their first frames, in frames.
     DRIFT_PPM: ClassVar = {"left": -120, "right": 90}
     PHASE: ClassVar = {"left": 0.0, "right": 0.3}
 
-    #: Silence after which a request is read from its beginning, in bits of the host's line.
+    #: Idle time after which the receiver expects the start of a request, in bits of the host's line.
     QUIET_BITS = round(FRAME_SECONDS * BAUD) + 10 * FRAME_BYTES + 10
 
-    def __init__(self, dut, *, seed=1, timing=None):
+    def __init__(self, dut: Any, *, seed: int = 1, timing: Ddr2Timing | None = None):
         size = SIZES[os.environ["SYSTEM_SIZE"]]
         self.dut = dut
         self.config, self.camera, self.display = size.config, size.camera, size.display
@@ -99,16 +102,16 @@ class Rig:
             decoder.lock = Tvp5154.LOCKED
         self.registers = register_map(self.config, self.camera.height)
         self.host = UartHost(UART_CYCLES)
-        self.settings = {"mode": DisplayMode.DISPARITY, "colour": False}
-        self.states = [(self.pair, self.settings)]      # what was in front of the cameras, and set, since the last check
-        self.cut = 0                                    # pictures that broke off
+        self.settings: dict[str, Any] = {"mode": DisplayMode.DISPARITY, "colour": False}
+        self.states = [(self.pair, self.settings)]      # scenes and settings since the last check
+        self.cut = 0                                    # pictures that end early
 
     def _scene(self):
         self.seed += 1
         return tuple(map(clip, scene(self.camera.width, self.camera.height, self.config.labels, self.seed)[:2]))
 
-    async def start(self):
-        """Clocks, models, then the resets end as on the board: ``sync``, ``display``, cameras."""
+    async def start(self) -> None:
+        """Start clocks and models; then release the resets in the order of the board: ``sync``, ``display``, cameras."""
         dut = self.dut
         resets = [dut.rst, dut.display_rst, dut.left_camera_rst, dut.right_camera_rst]
         for reset in resets:
@@ -117,7 +120,7 @@ class Rig:
         dut.buttons.value = 0
         for port in (dut.decoder_scl, dut.decoder_sda, dut.dvi_scl, dut.dvi_sda):
             port.value = 1
-        # Clocks in C++; half a period is a whole number of picoseconds.
+        # Clocks driven by C++; half a period is a whole number of picoseconds.
         for clock, hertz in ((dut.clk, CLOCK_HZ), (dut.display_clk, self.display.pixel_clock_hz)):
             cocotb.start_soon(Clock(clock, 2 * round(0.5e12 / hertz), "ps", impl="gpi").start())
         for side, film in self.films.items():
@@ -141,13 +144,13 @@ class Rig:
 
     # The host.
 
-    async def exchange(self):
-        """Let the line move for a clock."""
+    async def exchange(self) -> None:
+        """A clock of the host's line."""
         self.dut.uart_rx.value = self.host.step(int(self.dut.uart_tx.value))
         await RisingEdge(self.dut.clk)
 
-    async def ask(self, operation, name, value=0):
-        """The value in the reply to a request; the chip must accept it."""
+    async def ask(self, operation: Operation, name: str, value: int = 0) -> int:
+        """Send a request; the value of the reply, whose status must be OK."""
         self.host.received.clear()
         self.host.send(encode_request(Request(operation, self.registers[name].address, value)))
         for _ in range(400 * UART_CYCLES):
@@ -157,33 +160,35 @@ class Rig:
                 for _ in range(UART_CYCLES):
                     await self.exchange()
                 return reply.value
-        raise TimeoutError(f"no reply about {name}")
+        raise TimeoutError(f"no reply to a request for {name}")
 
-    async def read(self, name):
+    async def read(self, name: str) -> int:
+        """The value of a register."""
         return await self.ask(Operation.READ, name)
 
-    async def until_reads(self, name, value, attempts=60):
+    async def until_reads(self, name: str, value: int, attempts: int = 60) -> None:
         """Read a register until it has this value."""
         for _ in range(attempts):
             if await self.read(name) == value:
                 return
         raise AssertionError(f"{name} does not become {value}")
 
-    async def write(self, name, value):
+    async def write(self, name: str, value: int) -> None:
+        """Write a register."""
         assert await self.ask(Operation.WRITE, name, value) == value
 
     # The monitor.
 
-    def golden(self, pair, settings):
-        """What the monitor must show of a pair."""
+    def golden(self, pair: tuple[NDArray[Any], NDArray[Any]], settings: dict[str, Any]) -> NDArray[np.uint8]:
+        """The monitor's picture of a pair."""
         config = self.config.with_settings(settings)
         left, right = pair
-        # Labels: disparities without their fraction, from the least one on.
+        # Labels are disparities without fraction, counted from the minimum.
         labels = np.floor(disparities(left, right, config)).astype(int) - config.minimum
         return monitor_picture(labels, left, self.display, settings["mode"], settings["colour"], self.config.labels)
 
-    def change(self, *, scene=True, **settings):
-        """Put another pair in front of the cameras, from their next frames on, and note what is set."""
+    def change(self, *, scene: bool = True, **settings: Any) -> None:
+        """Another scene in front of the cameras, from their next frames on; ``settings`` that the host writes are recorded."""
         if scene:
             self.pair = self._scene()
             for film, picture in zip(self.films.values(), self.pair):
@@ -191,24 +196,24 @@ class Rig:
         self.settings = {**self.settings, **settings}
         self.states.append((self.pair, self.settings))
 
-    def check(self):
-        """Every picture since the last call is one of those that there may be, or the beginning of one and then black.
+    def check(self) -> None:
+        """Each picture since the last call is a possible one, or its first part and then black.
 
-        What there may be: left and right of any two of the pairs that were in front of the cameras, with the settings of either time.
+        Possible are the left and the right picture of any two scenes since then, with any settings since then.
         """
-        may_be = [self.golden((left, right), settings) for (left, _), _ in self.states for (_, right), _ in self.states
+        possible = [self.golden((left, right), settings) for (left, _), _ in self.states for (_, right), _ in self.states
                   for _, settings in self.states] if self.monitor.pictures else []
         while self.monitor.pictures:
             picture = self.monitor.pictures.popleft()
-            wrong = [(picture != expected).any(axis=-1).ravel() for expected in may_be]
+            wrong = [(picture != expected).any(axis=-1).ravel() for expected in possible]
             if all(each.any() for each in wrong):
                 self.cut += 1
                 black = ~picture.any(axis=-1).ravel()
-                assert any(black[each.argmax():].all() for each in wrong), "the monitor shows what no camera has sent"
+                assert any(black[each.argmax():].all() for each in wrong), "the monitor shows a picture that no camera has sent"
         del self.states[:-1]
 
-    async def shows(self, frames=12):
-        """Wait until the monitor shows the pair in front of the cameras as is set, exactly, for two frames."""
+    async def shows(self, frames: int = 12) -> None:
+        """Wait until two consecutive pictures of the monitor are bit-exact for the scene and the settings."""
         expected = self.golden(self.pair, self.settings)
         seen = 0
         for _ in range(frames):
@@ -218,14 +223,14 @@ class Rig:
                 return self.check()
         raise AssertionError(f"the monitor has not shown the pair in {frames} frames")
 
-    async def frame(self):
-        """Wait for the end of a frame at the monitor."""
+    async def frame(self) -> None:
+        """Wait for the end of a frame of the monitor."""
         before = self.monitor.frames
         while self.monitor.frames == before:
             await Timer(1, "us")
 
-    async def until(self, condition, frames=20):
-        """Wait for a condition, for so many frames of the cameras at most."""
+    async def until(self, condition: Callable[[], bool], frames: int = 20) -> None:
+        """Wait for a condition; :class:`TimeoutError` after so many frames of the cameras."""
         for _ in range(round(frames * self.camera.frame_seconds * 1e6) + 1):
             if condition():
                 return

@@ -14,7 +14,7 @@ __all__ = ["CLOCK_HZ", "SETUP_HZ", "SIZES", "TOP", "UART_CYCLES", "Size"]
 #: Clock rate of the domain ``sync``.
 CLOCK_HZ = 75_000_000
 
-#: As the set-up of the chips counts: a second of the chips has few clocks. The chips' models count as fast.
+#: Clock rate that the set-up of the chips assumes, and their models use: low, so that their pauses have few clocks.
 SETUP_HZ = 500_000
 
 #: Clocks of a bit on the host's line.
@@ -26,7 +26,7 @@ TOP = "stereo_system"
 
 @dataclass(frozen=True)
 class Size:
-    """A system of a size: matcher, cameras, monitor, timing that the memory is promised to have."""
+    """Parameters of a system: matcher, cameras, monitor, worst timing of the memory."""
     config: MatcherConfig
     camera: CameraFormat
     display: DisplayFormat

@@ -1,4 +1,6 @@
-"""The set-ups of both video chips beside one another, for a bench on their Verilog."""
+"""The set-ups of both video chips in one design, for a bench on their Verilog."""
+
+from typing import Any
 
 from amaranth import *
 from amaranth.lib import wiring
@@ -11,12 +13,12 @@ from hdl.video.setup import ChipSetup
 __all__ = ["CLOCK_HZ", "VideoSetup"]
 
 
-#: Slow, so that a second has few clocks; the bus and its chips do not know.
+#: Low, so that a second has few clocks; the set-up counts in clocks, and its ports have no rate.
 CLOCK_HZ = 500_000
 
 
 class VideoSetup(wiring.Component):
-    """The tables as the board has them; ports are called ``decoder__member`` and ``transmitter__member``.
+    """With the tables of the board; ports are called ``decoder__member`` and ``transmitter__member``.
 
     Members
     -------
@@ -26,7 +28,7 @@ class VideoSetup(wiring.Component):
         self.parts = {"decoder": ChipSetup(TVP5154, CLOCK_HZ), "transmitter": ChipSetup(TFP410, CLOCK_HZ, pause_seconds=0.005)}
         super().__init__({name: Out(part.signature) for name, part in self.parts.items()})
 
-    def elaborate(self, platform):
+    def elaborate(self, platform: Any) -> Module:
         m = Module()
         for name, part in self.parts.items():
             m.submodules[name] = part
