@@ -46,7 +46,7 @@ class CensusStage(Stage):
         self.config = config
         method = config.method_as(Fused)
         self.rows = max(5 if method.vertical else 3, method.cost.census_rows)
-        self.line_clocks = method.cost.census_columns // 2
+        self.line_clocks = max(1, method.cost.census_columns // 2)
         super().__init__({
             "i": In(stream.Signature(ColumnWord(self.rows))),
             "o": Out(stream.Signature(CensusWord(config))),

@@ -17,8 +17,9 @@ from .stream import DisparityWord, PixelPair
 __all__ = ["Matcher"]
 
 
-# Cycles that the line store takes at a line's start and at its end.
-_LINE_STORE_CLOCKS = 2
+# Cycles that a line takes beyond its pixels: in the line store, and in the engine, which issues two that are no pixels.
+_LINE_STORE_CLOCKS = 1
+_ENGINE_CLOCKS = 2
 
 
 class Matcher(wiring.Component):
@@ -75,15 +76,17 @@ class Matcher(wiring.Component):
 
     @property
     def line_clocks(self) -> int:
-        """Cycles that a line takes beyond its pixels, whichever stage takes the most."""
-        return max([_LINE_STORE_CLOCKS, *(stage.line_clocks for stage in self.parts.stages)])
+        """Cycles that a line takes beyond its pixels at one pixel a cycle, whichever part takes the most."""
+        in_front = _LINE_STORE_CLOCKS + sum(stage.line_clocks for stage in self.parts.columns)
+        return max([_ENGINE_CLOCKS, in_front, *(stage.line_clocks for stage in self.parts.labels)])
 
     def frame_clocks(self, width: int, height: int) -> int:
         """Cycles from one frame's first disparity to the next one's, if pixels are offered and disparities taken without a pause.
 
-        A bound that is reached but for a few cycles a line, less closely by lines shorter than :attr:`full_rate_width`.
+        Exact for frames of two lines or more that are no narrower than :attr:`full_rate_width`; otherwise an upper bound.
         """
-        return self.engine.frame_clocks(width, height, self.line_store.rows // 2, self.line_clocks)
+        of_stages = [(height + stage.frame_lines) * (width + stage.line_clocks) for stage in self.parts.labels]
+        return max([self.engine.frame_clocks(width, height, self.line_store.rows // 2, self.line_clocks), *of_stages])
 
     @property
     def full_rate_width(self) -> int:

@@ -31,7 +31,9 @@ class Stage(wiring.Component):
     lines : int
         Scanlines from a word to its result.
     line_clocks : int
-        Cycles that a line takes beyond its pixels.
+        Cycles that a line takes beyond its pixels; of stages on columns those that it adds to the line store's.
+    frame_lines : int
+        Lines that a frame takes beyond its own.
     rows : int
         Of a stage on columns: lines that a column must have; 3 elsewhere.
     """
@@ -39,6 +41,7 @@ class Stage(wiring.Component):
     settings: ClassVar[Mapping[str, str]] = {}
     lines: ClassVar[int] = 0
     line_clocks: int = 0
+    frame_lines: int = 0
     rows: int = 3
 
     @property

@@ -132,7 +132,7 @@ class Median(Stage):
 
     Frames are rectangular, closed by ``end`` and at most ``max_width`` wide; each may have a size of its own.
 
-    Timing: a pixel a cycle, :attr:`line_clocks` cycles more a line, :attr:`FRAME_LINES` lines more a frame: during them nothing is taken,
+    Timing: a pixel a cycle, :attr:`line_clocks` cycles more a line, :attr:`frame_lines` lines more a frame: during them nothing is taken,
     for the last lines leave without waiting for the next frame. If nothing waits, a pixel is offered :attr:`lines` lines of
     ``W + line_clocks`` cycles and :attr:`latency` cycles after it was taken. The pipeline never stops: a column enters only while the
     output queue has room for all that are on their way. ``i.ready`` comes from registers, ``o`` leaves one.
@@ -156,7 +156,7 @@ class Median(Stage):
     """
     name = "median"
     settings: ClassVar = {"enable": "median", "minimum": "minimum"}
-    lines = FRAME_LINES = REACH
+    lines = frame_lines = REACH
     line_clocks = REACH
 
     def __init__(self, config: MatcherConfig):

@@ -129,16 +129,20 @@ class StreamingEngine(wiring.Component):
     def latency_clocks(self, lines: int, line_clocks: int) -> int:
         """Bound of a disparity's latency beyond ``lines`` lines of a pixel a cycle, in cycles, behind a line store.
 
-        Every line that it waits for begins some cycles late, and a few at the ends.
+        Every line that it waits for begins late by the cycles that a line takes beyond its pixels, at least by those of the admission,
+        and so do a few at the ends.
         """
-        return LineStore.PLUS_DEPTH + self.latency + (lines + 4) * (line_clocks + 1)
+        return LineStore.PLUS_DEPTH + self.latency + (lines + 4) * max(3, line_clocks)
 
     def frame_clocks(self, width: int, height: int, lines_above: int, line_clocks: int) -> int:
         """Cycles from one frame's first disparity to the next one's, if pixels are offered and disparities taken without a pause.
 
-        ``lines_above`` lines arrive before the first can be labelled and take their time, as do those below the picture; those with a
-        line above them wait for its disparities.
+        ``lines_above`` lines only fill the line store, at a cycle beyond their pixels each; as many lines as the picture has and
+        :attr:`lines_below` take ``line_clocks``. Exact where a line is labelled at full rate. A narrower one waits for the disparities
+        above it, and may need flush cycles: then an upper bound.
         """
+        if width >= max(self.full_rate_width, self.config.labels):
+            return (height + lines_above + self.lines_below) * (width + line_clocks) - lines_above * (line_clocks - 1) - (line_clocks - 2)
         flush = self.source.flush_waves
         line = width + line_clocks + (flush if width < self.config.labels else 0)
         return (lines_above + 1 + self.lines_below) * line + flush + (height - 1) * max(line, self.round_trip + 4)

@@ -2,8 +2,9 @@
 
 import numpy as np
 import pytest
+from amaranth.hdl import Fragment
 
-from golden.config import WEIGHT_MAX, Arithmetic, Engine, MatcherConfig, OnePass
+from golden.config import FUSED_1, FUSED_2, WEIGHT_MAX, Arithmetic, Engine, MatcherConfig, OnePass, changed
 from golden.matcher.labelling import match
 from golden.pictures.scenes import discriminates, scene
 from hdl.matcher.matcher import Matcher
@@ -194,3 +195,19 @@ def test_more_labels_in_use_than_there_are(config):
 def test_refuses(config, message):
     with pytest.raises(ValueError, match=message):
         Matcher(config)
+
+
+@pytest.mark.parametrize("config, clocks", [
+    (MatcherConfig(6, engine=Engine.STREAMING, method=OnePass(Arithmetic.LINEAR)), 2),  # a wave before a line and one past it
+    (MatcherConfig(6, method=FUSED_1), 4),                                  # half a census window of seven columns, and the line store
+    (MatcherConfig(6, method=FUSED_2), 3),
+    (MatcherConfig(6, method=changed(FUSED_1, census_columns=9)), 5),
+    (MatcherConfig(6, method=changed(FUSED_1, census_columns=1)), 2),
+])
+def test_line_clocks(config, clocks):
+    """What a line takes beyond its pixels, of each part and of all; frames are counted with it, see test_frame_clocks."""
+    dut = Matcher(config)
+    Fragment.get(dut, None)  # Amaranth complains of a component that is not used
+    assert dut.line_clocks == clocks
+    width, height = 100, 7
+    assert dut.frame_clocks(width, height + 1) - dut.frame_clocks(width, height) == width + clocks

@@ -92,7 +92,7 @@ def test_rate_and_latency(width, window):
     heights = (4, 1, 2)
     frames = [(label_words(*picture(rng, config, width, height)), {"enable": n % 2, "minimum": n}) for n, height in enumerate(heights)]
     run_frames(dut, frames, rng=rng, cycles=cycles)
-    tops = np.cumsum([0, *(height + dut.FRAME_LINES for height in heights)])
+    tops = np.cumsum([0, *(height + dut.frame_lines for height in heights)])
     places = [(top + y) * line + x for top, height in zip(tops, heights) for y in range(height) for x in range(width)]
     assert (np.array(cycles["i"]) - cycles["i"][0]).tolist() == places
     assert np.unique(np.subtract(cycles["o"], cycles["i"])).tolist() == [dut.lines * line + dut.latency]
