@@ -1,0 +1,87 @@
+# amaranth: UnusedElaboratable=no
+
+"""Methods as parts: a third one is three files and a row, and everything that composes, simulates and builds takes it as it is."""
+
+import pathlib
+import re
+
+import numpy as np
+import pytest
+
+from golden.config import FUSED_1, METHODS, Engine, MatcherConfig
+from golden.matcher.matcher import match
+from golden.pictures.scenes import discriminates, scene
+from hdl import build
+from hdl.matcher import methods
+from hdl.matcher.matcher import Matcher
+from hdl.matcher.methods import Parts, compose
+from hdl.matcher.stage import CostArray, LabelOutput, Stage
+from sim.kit.cases import noise, pixel_words
+from sim.kit.harness import mismatches, simulate
+from sim.kit.streams import run_stream
+from tests.hdl.matcher.toy_method.gateware import ToyArray
+from tests.hdl.matcher.toy_method.parameters import Toy
+from tests.hdl.matcher.toy_method.reference import match as toy_match
+
+
+ROOT = pathlib.Path(__file__).parents[3]
+
+
+@pytest.fixture
+def row(monkeypatch):
+    monkeypatch.setitem(methods.METHODS, Toy, Parts(costs=ToyArray))
+
+
+@pytest.mark.parametrize("labels, width, height", [(2, 1, 1), (6, 40, 4), (13, 5, 3), (13, 60, 3)])
+def test_third_method_matches_golden(row, labels, width, height):
+    """Frames in a row, with stalls, bit-exact: engine and line store learn all from the array that they are given."""
+    config = MatcherConfig(labels, max(width, 8), method=Toy())
+    assert config.engine is Engine.STREAMING
+    pairs = [scene(width, height, labels, seed=3)[:2] if width > 2 else noise(width, height, seed=3), noise(8, 2, seed=4)]
+    pairs = [[np.asarray(side, dtype=np.uint8) for side in pair] for pair in pairs]
+    expected = [match(*pair, config)["disparity"] for pair in pairs]
+    if width > 2 * labels:
+        assert discriminates(expected[0], config)
+    given = run_stream(Matcher(config), [word for pair in pairs for word in pixel_words(*pair)], rng=np.random.default_rng(1),
+                       stall_i=0.2, stall_o=0.2)
+    assert [word.disparity for word in given] == np.concatenate([labels.ravel() for labels in expected]).tolist()
+    assert (expected[0] == toy_match(*pairs[0], config)["disparity"]).all()
+
+
+def test_third_method_in_the_harness(row, tmp_path):
+    """Its Verilog, its settings and its result's fields, as the benches and commands take them."""
+    config = MatcherConfig(6, 40, method=Toy())
+    left, right, _ = scene(40, 4, 6, seed=5)
+    result = simulate(config, [left, left], [right, right], simulator="icarus", work_dir=tmp_path, settings={"u1": 63, "in_use": 4})
+    changed = config.with_settings({"u1": 63, "in_use": 4})
+    assert [mismatches(result, number, left, right, changed) for number in (0, 1)] == [0, 0]
+    assert mismatches(result, 0, left, right, config) > 0
+    told = build.manifest_of("matcher", Matcher(config), {}, 4, {})
+    assert told["parameters"]["cost"] == "toy" and told["parameters"]["method"] == {"weights": (20, 10, 5)}
+
+
+def test_every_method_has_its_parts():
+    """In the order of the stream, each of its contract; each setting of a method drives a member."""
+    assert set(METHODS.values()) <= set(methods.METHODS)
+    for kind, parts in methods.METHODS.items():
+        assert issubclass(parts.costs, CostArray) and issubclass(parts.label_output, LabelOutput)
+        assert all(issubclass(stage, Stage) for stage in (*parts.pixels, *parts.columns, *parts.labels))
+        config = MatcherConfig(4, 16, engine=Engine.STREAMING, method=FUSED_1 if kind is type(FUSED_1) else kind(arithmetic="linear"))
+        composed = compose(config)
+        driven = {name for stage in composed.stages for name in stage.settings.values()}
+        driven |= {name for name in config.settings if name in composed.engine.signature.members}
+        assert driven == set(config.settings)
+
+
+def test_branches_on_methods_stand_in_their_files():
+    """Which method it is decides in the files that list methods, in their golden functions and on the command line only."""
+    branch = re.compile(r"isinstance\([^()]*method, ?\w+\)|\bCost\.|\.fused\b(?! import)|method\.name [!=]= ")
+    allowed = {"golden/cli.py", "golden/config/__init__.py"}
+    found = {}
+    for package in ("golden", "hdl", "boards", "sim"):
+        for path in (ROOT / package).rglob("*.py"):
+            name = path.relative_to(ROOT).as_posix()
+            code = [line for line in path.read_text(encoding="utf-8").splitlines() if "matcher.fused" not in line]
+            if name not in allowed and (hits := [line for line in code if branch.search(line)]):
+                found[name] = hits
+    assert found == {}
