@@ -1,5 +1,3 @@
-# amaranth: UnusedElaboratable=no
-
 """Methods as parts: a third one is three files and a row, and everything that composes, simulates and builds takes it as it is."""
 
 import pathlib
@@ -7,6 +5,7 @@ import re
 
 import numpy as np
 import pytest
+from amaranth.hdl import Fragment
 
 from golden.config import FUSED_1, METHODS, Engine, MatcherConfig
 from golden.matcher.matcher import match
@@ -14,7 +13,7 @@ from golden.pictures.scenes import discriminates, scene
 from hdl import build
 from hdl.matcher import methods
 from hdl.matcher.matcher import Matcher
-from hdl.matcher.methods import Parts, compose
+from hdl.matcher.methods import Parts
 from hdl.matcher.stage import CostArray, LabelOutput, Stage
 from sim.kit.cases import noise, pixel_words
 from sim.kit.harness import mismatches, simulate
@@ -56,7 +55,9 @@ def test_third_method_in_the_harness(row, tmp_path):
     changed = config.with_settings({"u1": 63, "in_use": 4})
     assert [mismatches(result, number, left, right, changed) for number in (0, 1)] == [0, 0]
     assert mismatches(result, 0, left, right, config) > 0
-    told = build.manifest_of("matcher", Matcher(config), {}, 4, {})
+    matcher = Matcher(config)
+    Fragment.get(matcher, None)
+    told = build.manifest_of("matcher", matcher, {}, 4, {})
     assert told["parameters"]["cost"] == "toy" and told["parameters"]["method"] == {"weights": (20, 10, 5)}
 
 
@@ -67,7 +68,9 @@ def test_every_method_has_its_parts():
         assert issubclass(parts.costs, CostArray) and issubclass(parts.label_output, LabelOutput)
         assert all(issubclass(stage, Stage) for stage in (*parts.pixels, *parts.columns, *parts.labels))
         config = MatcherConfig(4, 16, engine=Engine.STREAMING, method=FUSED_1 if kind is type(FUSED_1) else kind(arithmetic="linear"))
-        composed = compose(config)
+        matcher = Matcher(config)
+        Fragment.get(matcher, None)  # Amaranth complains of a component that is not used
+        composed = matcher.parts
         driven = {name for stage in composed.stages for name in stage.settings.values()}
         driven |= {name for name in config.settings if name in composed.engine.signature.members}
         assert driven == set(config.settings)
@@ -75,7 +78,7 @@ def test_every_method_has_its_parts():
 
 def test_branches_on_methods_stand_in_their_files():
     """Which method it is decides in the files that list methods, in their golden functions and on the command line only."""
-    branch = re.compile(r"isinstance\([^()]*method, ?\w+\)|\bCost\.|\.fused\b(?! import)|method\.name [!=]= ")
+    branch = re.compile(r"isinstance\([^()]*method, ?[A-Z]\w+\)|\bCost\.|\.fused\b(?! import)|method\.name [!=]= ")
     allowed = {"golden/cli.py", "golden/config/__init__.py"}
     found = {}
     for package in ("golden", "hdl", "boards", "sim"):
