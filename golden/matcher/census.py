@@ -1,4 +1,4 @@
-"""Census of a picture, and how far two of them are apart."""
+"""Census of a picture, and the Hamming distance of two."""
 
 import numpy as np
 
@@ -8,16 +8,16 @@ from ..config import FUSED_1, FusedCost
 __all__ = ["census", "census_plain", "hamming"]
 
 
-def _offsets(params: FusedCost) -> list[tuple[int, int]]:
+def _offsets(cost: FusedCost) -> list[tuple[int, int]]:
     """``(dy, dx)`` of the neighbours in reading order: bit 0 is the upper left one; the centre has no bit."""
-    dy, dx = params.census_rows // 2, params.census_columns // 2
+    dy, dx = cost.census_rows // 2, cost.census_columns // 2
     return [(y, x) for y in range(-dy, dy + 1) for x in range(-dx, dx + 1) if (y, x) != (0, 0)]
 
 
-def census(picture, params: FusedCost = FUSED_1.cost):
+def census(picture, cost: FusedCost = FUSED_1.cost):
     """Census of every pixel: a bit for each neighbour in the window, set where the neighbour is darker than the centre.
 
-    A pixel outside the picture repeats its nearest picture pixel.
+    The edges of the picture are replicated.
 
     Parameters
     ----------
@@ -27,7 +27,7 @@ def census(picture, params: FusedCost = FUSED_1.cost):
     Returns
     -------
     (H, W) uint64 ndarray
-        ``params.neighbours`` bits; neighbours in reading order, the upper left one is bit 0.
+        ``cost.neighbours`` bits; neighbours in reading order, the upper left one is bit 0.
 
     Examples
     --------
@@ -36,10 +36,10 @@ def census(picture, params: FusedCost = FUSED_1.cost):
     """
     picture = np.asarray(picture)
     height, width = picture.shape
-    dy, dx = params.census_rows // 2, params.census_columns // 2
+    dy, dx = cost.census_rows // 2, cost.census_columns // 2
     padded = np.pad(picture, ((dy, dy), (dx, dx)), mode="edge")
     result = np.zeros((height, width), dtype=np.uint64)
-    for bit, (y, x) in enumerate(_offsets(params)):
+    for bit, (y, x) in enumerate(_offsets(cost)):
         darker = padded[dy + y:dy + y + height, dx + x:dx + x + width] < picture
         result |= darker.astype(np.uint64) << np.uint64(bit)
     return result
@@ -65,7 +65,7 @@ def hamming(left, right):
     return np.bitwise_count(left ^ right)
 
 
-def census_plain(picture, params: FusedCost = FUSED_1.cost):
+def census_plain(picture, cost: FusedCost = FUSED_1.cost):
     """:func:`census`, pixel by pixel: for reading, and to test the fast version against."""
     height, width = np.shape(picture)
     lines = np.asarray(picture).tolist()
@@ -74,5 +74,5 @@ def census_plain(picture, params: FusedCost = FUSED_1.cost):
         return lines[min(max(y, 0), height - 1)][min(max(x, 0), width - 1)]
 
     return np.array([[
-        sum((pixel(y + dy, x + dx) < pixel(y, x)) << bit for bit, (dy, dx) in enumerate(_offsets(params)))
+        sum((pixel(y + dy, x + dx) < pixel(y, x)) << bit for bit, (dy, dx) in enumerate(_offsets(cost)))
         for x in range(width)] for y in range(height)], dtype=np.uint64)

@@ -1,4 +1,4 @@
-"""The second method: the disparity rule on support sums of the fused cost, and what follows it."""
+"""The method :class:`golden.config.Fused`: the disparity rule on support sums of the fused cost, then the refinement."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -20,7 +20,7 @@ __all__ = ["FusedMatch", "Stages", "labelling", "labelling_plain", "match", "sta
 
 @dataclass(frozen=True)
 class FusedMatch:
-    """What the method gives for every pixel.
+    """Result of the method for every pixel.
 
     Parameters
     ----------
@@ -44,19 +44,18 @@ class FusedMatch:
         return self.disparity if self.scale == 1 else self.disparity / self.scale
 
 
-def labelling(sums, n, left, config: MatcherConfig):
+def labelling(sums, support_size, left, config: MatcherConfig):
     """Label of every pixel by the rule: the ``d`` of least ``(S << energy_shift) + w1*|d - f_left| + w2*|d - f_up| + w3*|d - b_low|``.
 
-    ``w`` is the slope of :func:`golden.matcher.smooth.slope` times the pixel's own ``n``; ``b`` is the label of least ``S``, the smaller
-    on a
-    tie, as everywhere.
+    ``w`` is the slope of :func:`golden.matcher.smooth.slope` times the size of the pixel's support; ``b`` is the label of least ``S``. The
+    smaller label wins a tie.
 
     Parameters
     ----------
     sums : (H, W, D) integer ndarray
         Support sums ``S``, of :func:`golden.matcher.support.support_sums`.
-    n : (H, W) integer ndarray
-        Pixels of the support, of :func:`golden.matcher.support.support_sizes`.
+    support_size : (H, W) integer ndarray
+        Pixels, of :func:`golden.matcher.support.support_sizes`.
     left : (H, W) integer ndarray
         Grey levels.
 
@@ -65,49 +64,49 @@ def labelling(sums, n, left, config: MatcherConfig):
     (H, W) int32 ndarray
         Labels ``0 .. D-1``.
     """
-    weights = slopes(left, config) * np.asarray(n, dtype=np.int32)
+    weights = slopes(left, config) * np.asarray(support_size, dtype=np.int32)
     return scan(sums, np.argmin(sums, axis=-1), weights, config.method.energy_scale)
 
 
 @dataclass(frozen=True)
 class Stages:
-    """What the method has found when the fill begins.
+    """Results of the method's stages up to the fill.
 
     Parameters
     ----------
     sums : (H, W, D) int16 ndarray
         Support sums ``S``.
-    n : (H, W) integer ndarray
+    support_size : (H, W) integer ndarray
         Pixels of the supports.
     right : (H, W) int32 ndarray
         Labels of the right view.
     passed : (H, W) bool ndarray
-        Whether the check passed; everywhere without one.
+        Whether the check passed; true everywhere if it is off.
     found : (H, W) int32 ndarray
-        Labels, times ``config.method.disparity_scale``.
+        Labels before the fill, times ``config.method.disparity_scale``.
     """
     sums: NDArray[Any]
-    n: NDArray[Any]
+    support_size: NDArray[Any]
     right: NDArray[Any]
     passed: NDArray[np.bool_]
     found: NDArray[Any]
 
 
 def stages(left, right, config: MatcherConfig) -> Stages:
-    """Cost, support, rule, check and sub-pixel labels: all but what looks at neighbouring disparities. Parameters as of :func:`match`."""
+    """Cost, support, rule, check and sub-pixel labels: all stages before the fill. Parameters as of :func:`match`."""
     method = config.method_as(Fused)
-    l, r = arms(left, method.arms)
-    n = support_sizes(l, r)
+    left_arm, right_arm = arms(left, method.arms)
+    sizes = support_sizes(left_arm, right_arm)
     cost = vertical_support(fused_cost(left, right, config), left, method.vertical)
-    sums = support_sums(cost, l, r)
-    labels = labelling(sums, n, left, config)
+    sums = support_sums(cost, left_arm, right_arm)
+    labels = labelling(sums, sizes, left, config)
     from_right = right_view(cost, config)
     passed = check(labels, from_right, config) if method.refinement.check else np.ones(labels.shape, dtype=bool)
-    return Stages(sums, n, from_right, passed, sub_pixel_labels(sums, labels, passed) if method.refinement.sub_pixel else labels)
+    return Stages(sums, sizes, from_right, passed, sub_pixel_labels(sums, labels, passed) if method.refinement.sub_pixel else labels)
 
 
 def match(left, right, config: MatcherConfig) -> FusedMatch:
-    """Disparities of a rectified pair by the second method.
+    """Disparities of a rectified pair by the method :class:`golden.config.Fused`.
 
     Parameters
     ----------
@@ -118,10 +117,11 @@ def match(left, right, config: MatcherConfig) -> FusedMatch:
     refinement, scale = config.method_as(Fused).refinement, config.method.disparity_scale
     filled = fill(found.found, found.passed) if refinement.fill else found.found
     result = median(filled, refinement.median_size) if refinement.median else filled
-    return FusedMatch(result + config.minimum * scale, found.passed, confidence(result, filled, found.passed, found.n, scale), scale)
+    sure = confidence(result, filled, found.passed, found.support_size, scale)
+    return FusedMatch(result + config.minimum * scale, found.passed, sure, scale)
 
 
-def labelling_plain(sums, n, left, config: MatcherConfig):
+def labelling_plain(sums, support_size, left, config: MatcherConfig):
     """:func:`labelling`, pixel by pixel: the rule for reading."""
     height, width, labels = sums.shape
     u1, u2, u3 = config.method.weights
@@ -131,9 +131,9 @@ def labelling_plain(sums, n, left, config: MatcherConfig):
     for y in range(height):
         for x in range(width):
             def weight(u, other, y=y, x=x):
-                return int(n[y, x]) * (u * (256 - abs(grey[y][x] - other)) >> 8)
+                return int(support_size[y, x]) * (u * (256 - abs(grey[y][x] - other)) >> 8)
 
-            # (label of the neighbour, slope); a neighbour outside the picture adds nothing.
+            # (label of the neighbour, slope); a neighbour outside the picture has no term.
             neighbours = []
             if x > 0:
                 neighbours.append((result[y][x - 1], weight(u1, grey[y][x - 1])))

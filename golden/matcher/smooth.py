@@ -24,6 +24,7 @@ def slope(difference, weight, config: MatcherConfig):
 
     Examples
     --------
+    >>> from golden.config import OnePass
     >>> slope(np.array([0, 100, 255]), 15, MatcherConfig(method=OnePass("linear"))).tolist()
     [240, 146, 0]
     """
@@ -73,6 +74,7 @@ def cones(upper, lower, w1, w2, w3, config: MatcherConfig):  # type: ignore[no-u
 
     Examples
     --------
+    >>> from golden.config import OnePass
     >>> cones(1, 2, 3, 10, 100, MatcherConfig(labels=4, method=OnePass("linear"))).tolist()
     [210, 97, 4, 111]
     """

@@ -10,33 +10,33 @@ from .cost import delayed, matching_cost, outside, sub_pixel_buffers
 __all__ = ["arms", "arms_plain", "fuse", "fused_cost", "support_sizes", "support_sums", "support_sums_plain"]
 
 
-def fuse(cost, distance, params: FusedCost = FUSED_1.cost):
+def fuse(matching_cost, distance, cost: FusedCost = FUSED_1.cost):
     """Fused cost ``C`` of a candidate inside the picture: ``(cost_factor * min(E, truncation) + census_weight * H) >> cost_shift``.
 
     The shift is a floor.
 
     Parameters
     ----------
-    cost : integer ndarray
-        Matching cost ``E`` in ``LINEAR`` arithmetic, of :func:`golden.matcher.cost.matching_cost`.
+    matching_cost : integer ndarray
+        ``E`` in ``LINEAR`` arithmetic, of :func:`golden.matcher.cost.matching_cost`.
     distance : integer ndarray
         Hamming distance ``H``, of :func:`golden.matcher.census.hamming`.
 
     Returns
     -------
     uint8 ndarray
-        At most ``params.maximum``.
+        At most ``cost.maximum``.
 
     Examples
     --------
     >>> fuse(np.array([0, 3, 156, 2550]), np.array([0, 1, 34, 34])).tolist()
     [0, 3, 138, 138]
     """
-    # Exact: the sum is below (COST_MAX + 1) << 7, which int16 holds.
-    result = np.minimum(cost, params.truncation).astype(np.int16)
-    result *= params.cost_factor
-    result += np.asarray(distance, dtype=np.int16) * np.int16(params.census_weight)
-    result >>= params.cost_shift
+    # Exact: the sum is below (FusedCost.MAX + 1) << 7, which int16 holds.
+    result = np.minimum(matching_cost, cost.truncation).astype(np.int16)
+    result *= cost.cost_factor
+    result += np.asarray(distance, dtype=np.int16) * np.int16(cost.census_weight)
+    result >>= cost.cost_shift
     return result.astype(np.uint8)
 
 
@@ -51,25 +51,25 @@ def fused_cost(left, right, config: MatcherConfig):
     Returns
     -------
     (H, W, D) uint8 ndarray
-        At most ``maximum`` of the cost; ``cost_outside`` where the right pixel lies outside the picture.
+        At most :attr:`golden.config.FusedCost.maximum`; ``cost_outside`` where the right pixel lies outside the picture.
     """
-    params = config.method_as(Fused).cost
-    cost = matching_cost(left, right, config)
-    left_bits, right_bits = census(left, params), census(delayed(right, config.minimum), params)
-    beyond = outside(cost.shape[1], config)
-    result = np.empty(cost.shape, dtype=np.uint8)
-    for y in range(len(cost)):
+    cost = config.method_as(Fused).cost
+    energy = matching_cost(left, right, config)
+    left_bits, right_bits = census(left, cost), census(delayed(right, config.minimum), cost)
+    beyond = outside(energy.shape[1], config)
+    result = np.empty(energy.shape, dtype=np.uint8)
+    for y in range(len(energy)):
         distance = hamming(left_bits[y, :, None], sub_pixel_buffers(right_bits[y], config.labels))
-        result[y] = fuse(cost[y], distance, params)
-        result[y][beyond] = params.cost_outside
+        result[y] = fuse(energy[y], distance, cost)
+        result[y][beyond] = cost.cost_outside
     return result
 
 
-def arms(left, params: Arms = FUSED_1.arms):
-    """Arms of the support of every pixel: steps along the line over pixels that are like it.
+def arms(left, limits: Arms = FUSED_1.arms):
+    """Arms of the support of every pixel: the runs of similar pixels to its left and to its right on the scanline.
 
-    A step is taken while the pixel stepped on lies in the picture, differs from the centre by at most ``params.arm_threshold``, and the
-    arm is no longer than ``params.reach``.
+    An arm ends before the first pixel outside the picture or unlike the centre by more than ``limits.arm_threshold``, and after
+    ``limits.reach`` pixels.
 
     Parameters
     ----------
@@ -78,8 +78,8 @@ def arms(left, params: Arms = FUSED_1.arms):
 
     Returns
     -------
-    l, r : (H, W) int16 ndarray
-        Pixels, ``0 .. params.reach``: to the left and to the right.
+    left_arm, right_arm : (H, W) int16 ndarray
+        Pixels, ``0 .. limits.reach``.
 
     Examples
     --------
@@ -92,52 +92,52 @@ def arms(left, params: Arms = FUSED_1.arms):
     def steps(line):
         length = np.zeros((height, width), dtype=np.int16)
         alike = np.ones((height, width), dtype=bool)
-        for step in range(1, min(params.reach, width - 1) + 1):
+        for step in range(1, min(limits.reach, width - 1) + 1):
             alike[:, :step] = False
-            alike[:, step:] &= np.abs(line[:, step:] - line[:, :-step]) <= params.arm_threshold
+            alike[:, step:] &= np.abs(line[:, step:] - line[:, :-step]) <= limits.arm_threshold
             length += alike
         return length
 
     return steps(left), steps(left[:, ::-1])[:, ::-1]
 
 
-def support_sizes(l, r):
-    """Number of pixels ``n`` of every support: both arms and the centre."""
-    return l + r + 1
+def support_sizes(left_arm, right_arm):
+    """Pixels of every support: both arms and the centre."""
+    return left_arm + right_arm + 1
 
 
-def support_sums(cost, l, r):
-    """Support sums ``S(x, y, d)``: the costs of a label over ``x - l .. x + r``, as differences of a running sum along the line.
+def support_sums(cost, left_arm, right_arm):
+    """Support sums ``S(x, y, d)``: the costs of a label over ``x - left_arm .. x + right_arm``.
 
     Parameters
     ----------
     cost : (H, W, D) uint8 ndarray
         Of :func:`golden.matcher.vertical.vertical_support`.
-    l, r : (H, W) integer ndarray
+    left_arm, right_arm : (H, W) integer ndarray
         Of :func:`arms`.
 
     Returns
     -------
     (H, W, D) int16 ndarray
-        At most ``data_max`` of the method.
+        At most :attr:`golden.config.Fused.data_max`.
     """
     height, width, labels = cost.shape
     result = np.empty(cost.shape, dtype=np.int16)
     running = np.zeros((width + 1, labels), dtype=np.int32)
     column = np.arange(width)
-    for y in range(height):
+    for y in range(height):  # differences of a running sum
         np.cumsum(cost[y], axis=0, dtype=np.int32, out=running[1:])
-        result[y] = running[column + r[y] + 1] - running[column - l[y]]
+        result[y] = running[column + right_arm[y] + 1] - running[column - left_arm[y]]
     return result
 
 
-def arms_plain(left, params: Arms = FUSED_1.arms):
+def arms_plain(left, limits: Arms = FUSED_1.arms):
     """:func:`arms`, pixel by pixel: for reading, and to test the fast version against."""
     def arm(line, x, direction):
         length = 0
-        while length < params.reach:
+        while length < limits.reach:
             stepped = x + direction * (length + 1)
-            if not 0 <= stepped < len(line) or abs(line[stepped] - line[x]) > params.arm_threshold:
+            if not 0 <= stepped < len(line) or abs(line[stepped] - line[x]) > limits.arm_threshold:
                 break
             length += 1
         return length
@@ -146,7 +146,8 @@ def arms_plain(left, params: Arms = FUSED_1.arms):
     return tuple(np.array([[arm(line, x, direction) for x in range(len(line))] for line in lines]) for direction in (-1, 1))
 
 
-def support_sums_plain(cost, l, r):
+def support_sums_plain(cost, left_arm, right_arm):
     """:func:`support_sums`, pixel by pixel."""
     height, width, _ = cost.shape
-    return np.array([[cost[y, x - l[y, x]:x + r[y, x] + 1].sum(axis=0, dtype=np.int64) for x in range(width)] for y in range(height)])
+    return np.array([[cost[y, x - left_arm[y, x]:x + right_arm[y, x] + 1].sum(axis=0, dtype=np.int64) for x in range(width)]
+                     for y in range(height)])

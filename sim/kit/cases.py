@@ -87,7 +87,7 @@ def checked_words(left, right, config):
     """Payloads of the streaming engine's output, cost ``FUSED``: :class:`hdl.matcher.stream.LabelWord`."""
     result = stages(left, right, config)
     label = result.found.tolist()
-    return [{"label": label[y][x], "passed": int(result.passed[y, x]), "size": int(result.n[y, x]).bit_length(), **flags}
+    return [{"label": label[y][x], "passed": int(result.passed[y, x]), "size": int(result.support_size[y, x]).bit_length(), **flags}
             for y, x, flags in _places(np.shape(left))]
 
 
@@ -171,8 +171,7 @@ def label_words(labels, passed, n):
 
 
 def refined_words(filled, passed, n, config, *, enable=True, minimum=0):
-    """Payloads of :class:`hdl.matcher.stream.DisparityWord` of the cost ``FUSED``: what the median and the confidence make of filled
-    labels."""
+    """Payloads of :class:`hdl.matcher.stream.DisparityWord`: the median of filled labels, with their confidence."""
     result = median(filled, config.method_as(Fused).refinement.median_size) if enable else filled
     sure = confidence(result, filled, passed, n, config.method.disparity_scale)
     least = minimum * config.method.disparity_scale

@@ -360,14 +360,14 @@ class FusedArray(CostArray):
         ]
 
         # Sizes wait for their pixel's turn, a line later.
-        m.submodules.sizes = sizes = Memory(shape=slot.n.shape(), depth=self.depth, init=[], attrs=NO_COLLISION)
+        m.submodules.sizes = sizes = Memory(shape=slot.support_size.shape(), depth=self.depth, init=[], attrs=NO_COLLISION)
         write, read = sizes.write_port(), sizes.read_port()
         write_index, read_index = Signal(range(self.depth)), Signal(range(self.depth))
         for index, step in ((write_index, slot.in_picture), (read_index, self.take)):
             with m.If(step):
                 m.d.sync += index.eq(Mux(index == self.depth - 1, 0, index + 1))
         m.d.comb += [
-            write.addr.eq(write_index), write.data.eq(slot.n), write.en.eq(slot.in_picture),
+            write.addr.eq(write_index), write.data.eq(slot.support_size), write.en.eq(slot.in_picture),
             read.addr.eq(read_index), read.en.eq(self.take), self.size.eq(read.data),
         ]
         return m

@@ -73,7 +73,7 @@ class Arms(wiring.Component):
     starts_line : In(1)
         The pixel is the first of its line, or there is none.
     grey : In(PIXEL_BITS)
-    l, r : Out(range(reach + 1))
+    left_arm, right_arm : Out(range(reach + 1))
     """
     LATENCY = 6
 
@@ -81,7 +81,7 @@ class Arms(wiring.Component):
         self.config = config
         self.reach = config.method_as(Fused).arms.reach
         length = range(self.reach + 1)
-        super().__init__({"step": In(1), "starts_line": In(1), "grey": In(PIXEL_BITS), "l": Out(length), "r": Out(length)})
+        super().__init__({"step": In(1), "starts_line": In(1), "grey": In(PIXEL_BITS), "left_arm": Out(length), "right_arm": Out(length)})
 
     def elaborate(self, platform: object) -> Module:
         m = Module()
@@ -133,8 +133,8 @@ class Arms(wiring.Component):
         m.submodules.left = left = StepDelay(range(reach + 1), reach + 1)
         m.submodules.right = beside = Delay(range(reach + 1), StepDelay.LATENCY)
         m.d.comb += [
-            left.i.eq(lengths["left"]), left.step.eq(steps[4]), self.l.eq(left.o),
-            beside.i.eq(lengths["right"]), self.r.eq(beside.o),
+            left.i.eq(lengths["left"]), left.step.eq(steps[4]), self.left_arm.eq(left.o),
+            beside.i.eq(lengths["right"]), self.right_arm.eq(beside.o),
         ]
         return m
 
@@ -166,7 +166,8 @@ class Ends(data.StructLayout):
 class Slot(data.StructLayout):
     """A pixel whose support is complete: what the labelling must know of it, whether its sums are kept, and the support's size."""
     def __init__(self, config: MatcherConfig):
-        super().__init__({"pixel": Pixel(), "pixel_valid": 1, "in_picture": 1, "n": range(config.method_as(Fused).arms.support_max + 1)})
+        size = range(config.method_as(Fused).arms.support_max + 1)
+        super().__init__({"pixel": Pixel(), "pixel_valid": 1, "in_picture": 1, "support_size": size})
 
 
 class SupportSource(wiring.Component):
@@ -239,12 +240,12 @@ class SupportSource(wiring.Component):
 
         ends = Signal(Ends(config), reset_less=True)
         slot = Signal(Slot(config))
-        pixel, n = (Signal.like(slot[name], name=f"slot_{name}", reset_less=True) for name in ("pixel", "n"))
+        pixel, size = (Signal.like(slot[name], name=f"slot_{name}", reset_less=True) for name in ("pixel", "support_size"))
         valid, in_picture = Signal(), Signal()  # with a reset: a slot of a frame before it must not go on
-        m.d.comb += slot.eq(Cat(pixel, valid, in_picture, n))
+        m.d.comb += slot.eq(Cat(pixel, valid, in_picture, size))
         m.d.sync += [
-            ends.low.eq(beside.o.place - arms.l), ends.high.eq(beside.o.place + arms.r + 1),
-            pixel.eq(beside.o.pixel), n.eq(arms.l + arms.r + 1),
+            ends.low.eq(beside.o.place - arms.left_arm), ends.high.eq(beside.o.place + arms.right_arm + 1),
+            pixel.eq(beside.o.pixel), size.eq(arms.left_arm + arms.right_arm + 1),
             valid.eq(beside.o.pixel_valid & stepped[-1]), in_picture.eq(beside.o.in_picture & stepped[-1]),
         ]
         rest = self.latency + 1 - Arms.LATENCY - 1

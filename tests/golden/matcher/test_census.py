@@ -39,11 +39,11 @@ def test_default_has_34_bits():
 @pytest.mark.parametrize("rows, columns", [(5, 7), (1, 1), (3, 5), (7, 9)])
 @pytest.mark.parametrize("width, height", [(1, 1), (2, 7), (13, 6)])
 def test_fast_equals_plain(rows, columns, width, height):
-    params = FusedCost(census_rows=rows, census_columns=columns, census_weight=1)
+    cost = FusedCost(census_rows=rows, census_columns=columns, census_weight=1)
     picture = np.random.default_rng(1).integers(0, 5, (height, width), dtype=np.uint8)  # few levels: ties are frequent
-    fast = census(picture, params)
+    fast = census(picture, cost)
     assert fast.dtype == np.uint64
-    np.testing.assert_array_equal(fast, census_plain(picture, params))
+    np.testing.assert_array_equal(fast, census_plain(picture, cost))
 
 
 def test_hamming():

@@ -9,22 +9,22 @@ from golden.matcher.fused import match
 from golden.pictures.scenes import scene
 
 
-def window(agreeing, passing, n, own=4, other=9):
+def window(agreeing, passing, support_size, label=4, other=9):
     """A 5x5 picture whose first pixels agree with the centre, the first of them passed; the confidence of its centre."""
-    filled, passed, sizes = np.full((5, 5), other), np.zeros((5, 5), bool), np.full((5, 5), n)
-    filled.flat[:agreeing] = own
+    filled, passed, sizes = np.full((5, 5), other), np.zeros((5, 5), bool), np.full((5, 5), support_size)
+    filled.flat[:agreeing] = label
     passed.flat[:passing] = True
-    return [rule(np.full((5, 5), own), filled, passed, sizes)[2, 2] for rule in (confidence, confidence_plain)]
+    return [rule(np.full((5, 5), label), filled, passed, sizes)[2, 2] for rule in (confidence, confidence_plain)]
 
 
-@pytest.mark.parametrize("agreeing, passing, n, expected", [
+@pytest.mark.parametrize("agreeing, passing, support_size, expected", [
     (25, 25, 63, 15), (25, 25, 33, 15), (25, 25, 31, 15), (25, 25, 1, 13),  # (50 + 12) >> 2, (50 + 10) >> 2, (50 + 2) >> 2
-    (0, 0, 1, 0), (0, 25, 1, 0), (0, 25, 33, 3),  # what passed elsewhere is no vote
+    (0, 0, 1, 0), (0, 25, 1, 0), (0, 25, 33, 3),  # a pixel that disagrees has no vote, passed or not
     (1, 0, 1, 0), (1, 1, 1, 1), (2, 0, 1, 1),     # 3 >> 2, 4 >> 2
     (10, 4, 8, 5), (10, 4, 7, 5), (10, 6, 8, 6), (10, 6, 7, 5),  # bit length 4 and 3: 22, 20, 24, 22 quarters
 ])
-def test_votes(agreeing, passing, n, expected):
-    assert window(agreeing, passing, n) == [expected, expected]
+def test_votes(agreeing, passing, support_size, expected):
+    assert window(agreeing, passing, support_size) == [expected, expected]
 
 
 @pytest.mark.parametrize("other, scale, agree", [(5, 1, True), (3, 1, True), (6, 1, False), (2, 1, False), (12, 8, True), (13, 8, False)])
@@ -35,7 +35,7 @@ def test_within_one_pixel(other, scale, agree):
 
 
 def test_edges_are_repeated():
-    # A corner pixel is nine of its own 25 votes.
+    # A corner pixel has nine of its 25 votes.
     filled, disparity = np.array([[7, 0], [0, 0]]), np.full((2, 2), 7)
     for rule in (confidence, confidence_plain):
         assert rule(disparity, filled, np.ones((2, 2), bool), np.ones((2, 2), int))[0, 0] == (9 + 9 + 2) >> 2
@@ -45,10 +45,10 @@ def test_edges_are_repeated():
 def test_fast_equals_plain(scale):
     rng = np.random.default_rng(1)
     filled, disparity = rng.integers(0, 5 * scale, (2, 9, 14))
-    passed, n = rng.random((9, 14)) < 0.5, rng.integers(1, 64, (9, 14))
-    fast = confidence(disparity, filled, passed, n, scale)
+    passed, support_size = rng.random((9, 14)) < 0.5, rng.integers(1, 64, (9, 14))
+    fast = confidence(disparity, filled, passed, support_size, scale)
     assert fast.dtype == np.uint8
-    np.testing.assert_array_equal(fast, confidence_plain(disparity, filled, passed, n, scale))
+    np.testing.assert_array_equal(fast, confidence_plain(disparity, filled, passed, support_size, scale))
 
 
 @pytest.mark.parametrize("sub_pixel", [False, True])

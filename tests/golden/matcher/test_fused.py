@@ -67,10 +67,10 @@ def test_fast_equals_plain(disparities, width, height):
     this = config(disparities, u1=13, u2=9, u3=21)
     left, right, _ = scene(width, height, disparities, seed=1)
     left[:, width // 3:width // 2] //= 16  # arms of several pixels
-    l, r = arms_plain(left, this.method.arms)
-    sums = support_sums_plain(fused_cost(left, right, this), l, r)
-    plain = labelling_plain(sums, l + r + 1, left, this)
-    np.testing.assert_array_equal(labelling(sums, l + r + 1, left, this), plain)
+    left_arm, right_arm = arms_plain(left, this.method.arms)
+    sums = support_sums_plain(fused_cost(left, right, this), left_arm, right_arm)
+    plain = labelling_plain(sums, left_arm + right_arm + 1, left, this)
+    np.testing.assert_array_equal(labelling(sums, left_arm + right_arm + 1, left, this), plain)
     np.testing.assert_array_equal(match(left, right, this).disparity, plain)
 
 
@@ -86,9 +86,9 @@ def test_stages(stages):
     scale = 8 if sub_pixel else 1
     left, right, _ = scene(60, 12, 9, seed=5)
     this = config(9, Refinement(*stages), minimum=2)
-    l, r = arms_plain(left)
+    left_arm, right_arm = arms_plain(left)
     cost = fused_cost(left, right, this)
-    sums = support_sums_plain(cost, l, r)
+    sums = support_sums_plain(cost, left_arm, right_arm)
     labels = match(left, right, config(9, minimum=2)).disparity - 2
     passed = check_plain(labels, right_view_plain(cost, this), this) if check else np.ones(labels.shape, bool)
     found = sub_pixel_labels(sums, labels, passed) if sub_pixel else labels
@@ -98,7 +98,8 @@ def test_stages(stages):
     assert result.scale == scale
     np.testing.assert_array_equal(result.passed, passed)
     np.testing.assert_array_equal(result.disparity, expected + 2 * scale)
-    np.testing.assert_array_equal(result.confidence, confidence_plain(expected, filled, passed, l + r + 1, scale))
+    sure = confidence_plain(expected, filled, passed, left_arm + right_arm + 1, scale)
+    np.testing.assert_array_equal(result.confidence, sure)
     assert not check or 0.02 < passed.mean() < 0.9
 
 

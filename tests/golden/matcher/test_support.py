@@ -27,10 +27,10 @@ def test_fuse(cost, distance, expected):
 
 def test_fuse_holds_the_largest_that_parameters_allow():
     # (15 * 1023 + 127 * 34) >> 7 = 153 and 15 * 1023 + 127 * 62 = 23219 leave int16 whole; the limit of 255 does the same for all others.
-    params = FusedCost(truncation=1023, cost_factor=15, census_weight=127, cost_shift=7)
-    assert fuse(np.int16(2550), np.uint8(34), params) == params.maximum == 153
-    params = FusedCost(truncation=1023, cost_factor=15, census_weight=127, cost_shift=7, census_rows=7, census_columns=9)
-    assert fuse(np.int16(2550), np.uint8(62), params) == params.maximum == 181
+    parameters = FusedCost(truncation=1023, cost_factor=15, census_weight=127, cost_shift=7)
+    assert fuse(np.int16(2550), np.uint8(34), parameters) == parameters.maximum == 153
+    parameters = FusedCost(truncation=1023, cost_factor=15, census_weight=127, cost_shift=7, census_rows=7, census_columns=9)
+    assert fuse(np.int16(2550), np.uint8(62), parameters) == parameters.maximum == 181
 
 
 def test_outside_has_its_own_cost():
@@ -63,31 +63,31 @@ def test_minimum_is_a_later_part_of_the_same_costs():
     assert (part[:, -3:] != whole[:, -3:, 12:]).any()
 
 
-@pytest.mark.parametrize("line, l, r", [
+@pytest.mark.parametrize("line, left_arm, right_arm", [
     ([0, 10, 20, 31], [0, 1, 1, 0], [1, 1, 0, 0]),       # differences of 10 are alike, 11 are not; against the centre, not step by step
-    ([50, 50, 90, 50, 50], [0, 1, 0, 0, 1], [1, 0, 0, 1, 0]),  # what lies behind another object is not reached
+    ([50, 50, 90, 50, 50], [0, 1, 0, 0, 1], [1, 0, 0, 1, 0]),  # nothing behind another object is reached
     ([255, 250, 245, 244], [0, 1, 2, 2], [2, 2, 1, 0]),
 ])
-def test_arms(line, l, r):
+def test_arms(line, left_arm, right_arm):
     for rows in (1, 3):
         result = arms(np.array([line] * rows, np.uint8))
-        assert [arm.tolist() for arm in result] == [[l] * rows, [r] * rows]
+        assert [arm.tolist() for arm in result] == [[left_arm] * rows, [right_arm] * rows]
 
 
 def test_arms_end_at_their_reach():
-    l, r = arms(np.zeros((1, 40), np.uint8))
-    assert l[0].tolist() == [min(x, 16) for x in range(40)] and r[0].tolist() == l[0, ::-1].tolist()
-    assert support_sizes(l, r).max() == 33 == FUSED_1.arms.support_max
+    left_arm, right_arm = arms(np.zeros((1, 40), np.uint8))
+    assert left_arm[0].tolist() == [min(x, 16) for x in range(40)] and right_arm[0].tolist() == left_arm[0, ::-1].tolist()
+    assert support_sizes(left_arm, right_arm).max() == 33 == FUSED_1.arms.support_max
     assert not np.any(arms(np.zeros((1, 40), np.uint8), Arms(reach=0)))
 
 
 @pytest.mark.parametrize("reach, threshold", [(16, 10), (3, 1), (31, 255)])
 @pytest.mark.parametrize("width, height", [(1, 1), (2, 3), (50, 4)])
 def test_arms_fast_equals_plain(reach, threshold, width, height):
-    params = Arms(reach=reach, arm_threshold=threshold)
+    limits = Arms(reach=reach, arm_threshold=threshold)
     rng = np.random.default_rng(3)
     left = np.cumsum(rng.integers(-4, 5, (height, width)), axis=1).clip(-120, 120).astype(np.int16) + 120
-    for fast, plain in zip(arms(left, params), arms_plain(left, params)):
+    for fast, plain in zip(arms(left, limits), arms_plain(left, limits)):
         np.testing.assert_array_equal(fast, plain)
 
 
@@ -107,6 +107,6 @@ def test_largest_sum():
 def test_sums_fast_equals_plain():
     rng = np.random.default_rng(4)
     cost = rng.integers(0, 256, (5, 70, 4), dtype=np.uint8)
-    l, r = arms(rng.integers(0, 12, (5, 70), dtype=np.uint8), Arms(reach=31))
-    assert l.max() == 31
-    np.testing.assert_array_equal(support_sums(cost, l, r), support_sums_plain(cost, l, r))
+    left_arm, right_arm = arms(rng.integers(0, 12, (5, 70), dtype=np.uint8), Arms(reach=31))
+    assert left_arm.max() == 31
+    np.testing.assert_array_equal(support_sums(cost, left_arm, right_arm), support_sums_plain(cost, left_arm, right_arm))

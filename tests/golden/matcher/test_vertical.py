@@ -11,7 +11,7 @@ from golden.matcher.vertical import alike, vertical_support, vertical_support_pl
 from golden.pictures.scenes import scene
 
 
-def params(threshold=10, **more):
+def method(threshold=10, **more):
     return changed(FUSED_1, vertical_lines=1, vertical_threshold=threshold, cost_shift=7, cost_outside=9, **more)
 
 
@@ -34,14 +34,14 @@ def grey(*column):
     ([63, 63, 63], [0, 0, 0], [252, 252, 252]),         # the largest
 ])
 def test_by_hand(column, left, expected):
-    assert vertical_support(costs(*column), grey(*left), params().vertical).ravel().tolist() == expected
+    assert vertical_support(costs(*column), grey(*left), method().vertical).ravel().tolist() == expected
 
 
 def test_threshold():
     left = grey(0, 255)
-    assert vertical_support(costs(1, 2), left, params(254).vertical).ravel().tolist() == [4, 8]
-    assert vertical_support(costs(1, 2), left, params(255).vertical).ravel().tolist() == [5, 7]
-    assert [flags.ravel().tolist() for flags in alike(grey(8, 8, 9), params(0).vertical)] == [[False, True, False], [True, False, False]]
+    assert vertical_support(costs(1, 2), left, method(254).vertical).ravel().tolist() == [4, 8]
+    assert vertical_support(costs(1, 2), left, method(255).vertical).ravel().tolist() == [5, 7]
+    assert [flags.ravel().tolist() for flags in alike(grey(8, 8, 9), method(0).vertical)] == [[False, True, False], [True, False, False]]
 
 
 def test_off_is_the_cost_itself():
@@ -55,14 +55,14 @@ def test_fast_against_plain(width, height):
     rng = np.random.default_rng(width)
     cost = rng.integers(0, 64, (height, width, 5), dtype=np.uint8)
     left = rng.choice([0, 20, 29, 30, 41, 255], (height, width)).astype(np.uint8)
-    given = vertical_support(cost, left, params().vertical)
+    given = vertical_support(cost, left, method().vertical)
     assert given.dtype == np.uint8
-    assert given.tolist() == vertical_support_plain(cost, left, params().vertical).tolist()
+    assert given.tolist() == vertical_support_plain(cost, left, method().vertical).tolist()
 
 
 def test_in_the_method():
     """Sums and the right view are those of joined costs."""
-    config = MatcherConfig(labels=6, method=params(40))
+    config = MatcherConfig(labels=6, method=method(40))
     left, right, _ = scene(30, 12, 6, seed=3)
     found = stages(left, right, config)
     joined = vertical_support(fused_cost(left, right, config), left, config.method.vertical)
@@ -72,7 +72,7 @@ def test_in_the_method():
 
 
 def test_limits():
-    assert (params().cost.maximum, params().joined_max, params().data_max) == (17, 68, 33 * 68)
+    assert (method().cost.maximum, method().joined_max, method().data_max) == (17, 68, 33 * 68)
     assert (FUSED_1.joined_max, FUSED_1.data_max) == (138, 4554)
     assert changed(FUSED_1, vertical_lines=1, cost_outside=63, census_weight=20, truncation=80, cost_shift=4).joined_max == 252
     with pytest.raises(ValueError, match="the fused cost of three lines reaches 552, more than the 255 that its 8 bits hold"):

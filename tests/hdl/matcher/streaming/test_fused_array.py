@@ -33,7 +33,7 @@ class Rig(wiring.Component):
             "i": In(stream.Signature(CensusWord(config))), "go": In(1), "in_use": In(9), "minimum": In(8),
             "queued": Out(Queued(config)), "queued_valid": Out(1), "right": Out(label), "right_valid": Out(1),
             "address": In(range(depth)), "cost": Out(data.ArrayLayout(config.data_bits, config.labels)),
-            "take": In(1), "n": Out(range(config.method_as(Fused).arms.support_max + 1)),
+            "take": In(1), "size": Out(range(config.method_as(Fused).arms.support_max + 1)),
         })
 
     def elaborate(self, platform):
@@ -46,7 +46,7 @@ class Rig(wiring.Component):
             array.i.eq(source.o),
             self.queued.eq(array.queued), self.queued_valid.eq(array.queued_valid),
             self.right.eq(array.beside.right), self.right_valid.eq(array.beside.right_valid),
-            array.address.eq(self.address), self.cost.eq(array.cost), array.take.eq(self.take), self.n.eq(array.size),
+            array.address.eq(self.address), self.cost.eq(array.cost), array.take.eq(self.take), self.size.eq(array.size),
         ]
         return m
 
@@ -71,7 +71,7 @@ def run(dut, pictures, configs, stall):
                 if 0 <= place - 2 - d < count:
                     sums[place - 2 - d][d] = 2**configs[0].data_bits - 1 - ctx.get(dut.cost)[d]
             if 1 <= place <= count:
-                sizes.append(ctx.get(dut.n))
+                sizes.append(ctx.get(dut.size))
             await ctx.tick()
 
     async def steps(ctx):
@@ -121,7 +121,7 @@ def test_matches_golden(labels, width, height, fused, stall):
 
     results = [stages(*pair, config) for pair, config in zip(pictures, configs)]
     assert sums == [values for result in results for values in result.sums.reshape(-1, labels).tolist()]
-    assert sizes == [n for result in results for n in result.n.ravel().tolist()]
+    assert sizes == [size for result in results for size in result.support_size.ravel().tolist()]
     # A pixel meets the local disparity of the pixel below it; below the last line there is none.
     expected = []
     for (left, _), result in zip(pictures, results):

@@ -46,12 +46,12 @@ def test_step_delay_after_reset():
         ctx.set(reset, 1)
         await ctx.tick()
         ctx.set(reset, 0)
-        came = []
+        words = []
         for word in range(1, 9):
             ctx.set(delay.i, word)
             await ctx.tick()
-            came.append(ctx.get(delay.o))
-        assert came[StepDelay.LATENCY - 1:] == [0, 0, 0, 1, 2, 3, 4]
+            words.append(ctx.get(delay.o))
+        assert words[StepDelay.LATENCY - 1:] == [0, 0, 0, 1, 2, 3, 4]
 
     simulator = Simulator(ResetInserter(reset)(delay))
     simulator.add_clock(1e-6)
@@ -65,19 +65,19 @@ def test_arms(reach, threshold, stall):
     rng = np.random.default_rng(2)
     given, expected = [], []
     for line in lines(rng, threshold):
-        l, r = arms(line, config_of(reach, threshold).method.arms)
-        expected += zip(l[0].tolist(), r[0].tolist())
+        left_arm, right_arm = arms(line, config_of(reach, threshold).method.arms)
+        expected += zip(left_arm[0].tolist(), right_arm[0].tolist())
         given += [{"step": 1, "starts_line": int(x == 0), "grey": int(grey)} for x, grey in enumerate(line[0])]
-    given += [{"step": 1, "starts_line": 1, "grey": 100}] * (reach + 1)  # steps without a pixel
+    given += [{"step": 1, "starts_line": 1, "grey": 100}] * (reach + 1)  # padding
     inputs = []
     for word in given:
         while rng.random() < stall:
             inputs.append({"step": 0, "starts_line": int(rng.integers(2)), "grey": int(rng.integers(256))})
         inputs.append(word)
     dut = Arms(config_of(reach, threshold))
-    out = run_clocked(dut, inputs, ["l", "r"], drain=dut.LATENCY, idle={"step": 0})
+    out = run_clocked(dut, inputs, ["left_arm", "right_arm"], drain=dut.LATENCY, idle={"step": 0})
     at = [cycle + dut.LATENCY for cycle, word in enumerate(inputs) if word["step"]][reach + 1:]
-    assert [(out[cycle]["l"], out[cycle]["r"]) for cycle in at] == expected
+    assert [(out[cycle]["left_arm"], out[cycle]["right_arm"]) for cycle in at] == expected
     lengths = {length for pair in expected for length in pair}
     assert {0, reach} <= lengths
 
@@ -85,7 +85,7 @@ def test_arms(reach, threshold, stall):
 @pytest.mark.parametrize("stall", [0.0, 0.4])
 @pytest.mark.parametrize("reach", [0, 3, 16, 31])
 def test_support_source(reach, stall):
-    """What the addresses lead to: rings as the groups keep them, here of the pixels' own numbers."""
+    """The addresses, applied to a ring as the groups keep one, here of grey levels, give the sum over each support."""
     config = config_of(reach)
     rng = np.random.default_rng(3)
     nothing = {"clear": 0, "complete": 0, "starts_line": 0, "in_picture": 0}
@@ -97,15 +97,15 @@ def test_support_source(reach, stall):
         inputs.append({"completion": {**nothing, **completion}, "pixel_valid": 0, **pixel})
 
     for line in lines(rng, 10):
-        l, r = arms(line, config.method.arms)
+        left_arm, right_arm = arms(line, config.method.arms)
         put({"clear": 1})
         in_picture = int(rng.integers(2))
         for x, grey in enumerate(line[0].tolist()):
             put({"complete": 1, "starts_line": int(x == 0), "in_picture": in_picture},
                 pixel={"lower": grey, "pixel": number % 256}, pixel_valid=int(x != 1))
-            first, beyond = x - int(l[0, x]), x + int(r[0, x]) + 1
-            expected.append({"pixel": number % 256, "pixel_valid": int(x != 1), "in_picture": in_picture, "n": beyond - first,
-                             "sum": sum(line[0, first:beyond].tolist())})
+            first, beyond = x - int(left_arm[0, x]), x + int(right_arm[0, x]) + 1
+            expected.append({"pixel": number % 256, "pixel_valid": int(x != 1), "in_picture": in_picture,
+                             "support_size": beyond - first, "sum": sum(line[0, first:beyond].tolist())})
             number += 1
     for _ in range(reach + 1):
         put({"complete": 1, "starts_line": 1})
@@ -115,12 +115,12 @@ def test_support_source(reach, stall):
     out = run_clocked(dut, inputs, ["sums", "ends", "slot"], drain=latency + 2, idle={"completion": nothing, "pixel_valid": 0})
     ring, total, got = [0] * dut.ring_of(config), 0, []
     for cycle, word in enumerate(out):
-        # A cycle after the sums come the ends: the ring is read before it is written anew.
+        # The ends are due a cycle after the sums: the ring is read before it is written again.
         slot = word["slot"]
         if slot.pixel_valid or slot.in_picture:
             ends = word["ends"]
-            got.append({"pixel": slot.pixel.pixel, "pixel_valid": slot.pixel_valid, "in_picture": slot.in_picture, "n": slot.n,
-                        "sum": ring[ends.high] - ring[ends.low]})
+            got.append({"pixel": slot.pixel.pixel, "pixel_valid": slot.pixel_valid, "in_picture": slot.in_picture,
+                        "support_size": slot.support_size, "sum": ring[ends.high] - ring[ends.low]})
         completion = word["sums"].completion
         if completion.clear or completion.complete:
             ring[word["sums"].place] = total
