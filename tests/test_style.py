@@ -32,8 +32,6 @@ EXCEPTIONS = {("hdl/build.py", "boards.registry")}
 
 # Rooms: the packages, and the folders in them.
 ROOMS = sorted(".".join(path.parent.relative_to(ROOT).parts) for package in PACKAGES[:-1] for path in (ROOT / package).rglob("__init__.py"))
-# Rooms whose public signatures do not have all their types yet: to be empty.
-UNTYPED = {"sim.kit"}
 
 
 def name(path):
@@ -120,7 +118,7 @@ def untyped(path):
 def test_public_signatures_have_types(room):
     """But not those of tests and benches. Of golden mypy asks more, but nothing of its arrays."""
     files = [path for path in ROOT.joinpath(*room.split(".")).glob("*.py") if not re.search(r"^test_|_tb\.py$", path.name)]
-    assert room in UNTYPED or [each for path in files for each in untyped(path)] == []
+    assert [each for path in files for each in untyped(path)] == []
 
 
 def test_no_import_circle():

@@ -1,12 +1,16 @@
-"""What every block of the matcher is given and must give, as payloads (dicts by member name) from the golden model.
+"""Inputs and expected outputs of each block of the matcher, as payloads (dicts by member name) from the golden model.
 
-What one stage gives the next one is given. Amaranth's simulator takes the payloads as they are; a bench on Verilog packs them.
+The output of a stage is the input of the next one. Amaranth's simulator accepts payloads as dicts; a bench on Verilog packs them.
 """
+
+from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 from amaranth.lib import data
+from numpy.typing import NDArray
 
-from golden.config import Fused
+from golden.config import Fused, MatcherConfig
 from golden.matcher.census import census
 from golden.matcher.confidence import confidence
 from golden.matcher.cost import cost_energy, delayed, local_disparity, matching_cost, sub_pixel_buffers, sub_pixels
@@ -22,18 +26,22 @@ __all__ = ["bec_words", "bec_words_of", "between_frames", "buffers_words", "came
            "pixel_words", "refined_words", "sub_pixel_words"]
 
 
+# Names of the parts of a pixel, in the order of golden's arrays.
 PARTS = ("pixel", "above", "below", "left")
 
+# By member name.
+Payload = dict[str, Any]
 
-def noise(width, height, seed, pictures=2):
-    """Pictures without structure, half of whose pixels are black or white: the greatest differences occur, and equal neighbours do."""
+
+def noise(width: int, height: int, seed: int, pictures: int = 2) -> NDArray[np.int64]:
+    """Random pictures, half of whose pixels are black or white, so that the greatest differences and equal neighbours occur."""
     rng = np.random.default_rng(seed)
     grey = rng.integers(0, 256, (pictures, height, width))
     return np.where(rng.random(grey.shape) < 0.5, rng.choice([0, 255], grey.shape), grey)
 
 
 def _places(shape, beyond=0):
-    """``(y, x, flags)`` in stream order; columns beyond the line carry the flags of its last."""
+    """``(y, x, flags)`` in stream order; columns beyond the line have the flags of its last one."""
     height, width = shape
     for y in range(height):
         for x in range(width + beyond):
@@ -41,13 +49,13 @@ def _places(shape, beyond=0):
             yield y, x, {"first": int(y == 0 and min(x, width - 1) == 0), "last": int(last), "end": int(last and y == height - 1)}
 
 
-def pixel_words(left, right):
+def pixel_words(left: NDArray[Any], right: NDArray[Any]) -> list[Payload]:
     """Payloads of :class:`hdl.matcher.stream.PixelPair`."""
-    left, right = np.asarray(left).tolist(), np.asarray(right).tolist()
-    return [{"left": left[y][x], "right": right[y][x], **flags} for y, x, flags in _places(np.shape(left))]
+    grey = {"left": np.asarray(left).tolist(), "right": np.asarray(right).tolist()}
+    return [{**{side: picture[y][x] for side, picture in grey.items()}, **flags} for y, x, flags in _places(np.shape(left))]
 
 
-def column_words(left, right, rows=3):
+def column_words(left: NDArray[Any], right: NDArray[Any], rows: int = 3) -> list[Payload]:
     """Payloads of :class:`hdl.matcher.stream.ColumnWord`."""
     lines = {side: line_store(picture, rows).tolist() for side, picture in (("left", left), ("right", right))}
     names = line_names(rows)
@@ -55,7 +63,7 @@ def column_words(left, right, rows=3):
             for y, x, flags in _places(np.shape(left))]
 
 
-def census_words(left, right, config):
+def census_words(left: NDArray[Any], right: NDArray[Any], config: MatcherConfig) -> list[Payload]:
     """Payloads of :class:`hdl.matcher.stream.CensusWord`."""
     left_census, right_census = (census(picture, config.method_as(Fused).cost).tolist() for picture in (left, right))
     above = {"above": line_store(left, 5)[..., 0].tolist()} if config.method_as(Fused).vertical else {}
@@ -64,9 +72,9 @@ def census_words(left, right, config):
             for (y, x, _), word in zip(_places(np.shape(left)), column_words(left, right))]
 
 
-def engine_words(left, right, config):
-    """Payloads of the streaming engine's input, cost ``FUSED``: :class:`hdl.matcher.stream.CensusWord`, the lines below behind the last
-    one."""
+def engine_words(left: NDArray[Any], right: NDArray[Any], config: MatcherConfig) -> list[Payload]:
+    """Payloads of the streaming engine's input, method ``Fused``: :class:`hdl.matcher.stream.CensusWord`, with the padding lines below the
+    picture."""
     right = delayed(right, config.minimum)
     height, width = np.shape(left)
     words = [{**word, "end": 0} for word in census_words(left, right, config)]
@@ -74,7 +82,7 @@ def engine_words(left, right, config):
     for below in range(lines):
         for x in range(width):
             last = int(x == width - 1)
-            word = {"left_census": 0, "right_census": 0, "below": 1, "first": 0, "last": last, "end": last & (below == lines - 1)}
+            word: Payload = {"left_census": 0, "right_census": 0, "below": 1, "first": 0, "last": last, "end": last & (below == lines - 1)}
             word |= {side: {"minus": 0 if below else int(picture[-1][x]), "line": 0, "plus": 0}
                      for side, picture in (("left", left), ("right", right))}
             if config.method_as(Fused).vertical:
@@ -83,35 +91,36 @@ def engine_words(left, right, config):
     return words
 
 
-def checked_words(left, right, config):
-    """Payloads of the streaming engine's output, cost ``FUSED``: :class:`hdl.matcher.stream.LabelWord`."""
+def checked_words(left: NDArray[Any], right: NDArray[Any], config: MatcherConfig) -> list[Payload]:
+    """Payloads of the streaming engine's output, method ``Fused``: :class:`hdl.matcher.stream.LabelWord`."""
     result = stages(left, right, config)
     label = result.found.tolist()
     return [{"label": label[y][x], "passed": int(result.passed[y, x]), "size": int(result.support_size[y, x]).bit_length(), **flags}
             for y, x, flags in _places(np.shape(left))]
 
 
-def fused_words(left, right, config):
-    """Payloads of :class:`hdl.matcher.stream.DisparityWord`, cost ``FUSED``."""
+def fused_words(left: NDArray[Any], right: NDArray[Any], config: MatcherConfig) -> list[Payload]:
+    """Payloads of :class:`hdl.matcher.stream.DisparityWord`, method ``Fused``."""
     result = match_fused(left, right, config)
     parts = {name: getattr(result, name).tolist() for name in ("disparity", "passed", "confidence")}
     return [{**{name: int(part[y][x]) for name, part in parts.items()}, **flags} for y, x, flags in _places(np.shape(left))]
 
 
-def _beside(left, y, x):
+def _pixels(left, y, x):
+    """Left pixel and the one above it."""
     x = min(x, len(left[0]) - 1)
     return {"pixel": int(left[y][x]), "upper": int(left[max(y - 1, 0)][x])}
 
 
-def sub_pixel_words(left, right, config):
-    """Payloads of :class:`hdl.matcher.sequential.cost.SubPixelWord`: one word more a line than it has pixels."""
+def sub_pixel_words(left: NDArray[Any], right: NDArray[Any], config: MatcherConfig) -> list[Payload]:
+    """Payloads of :class:`hdl.matcher.sequential.cost.SubPixelWord`: one word more than pixels in each line."""
     parts = {side: dict(zip(PARTS, sub_pixels(picture, config))) for side, picture in (("left", left), ("right", right))}
     return [{**{side: {name: int(part[y, x]) for name, part in parts[side].items()} for side in parts},
-             **_beside(left, y, x), "beyond": int(x == np.shape(left)[1]), **flags} for y, x, flags in _places(np.shape(left), beyond=1)]
+             **_pixels(left, y, x), "beyond": int(x == np.shape(left)[1]), **flags} for y, x, flags in _places(np.shape(left), beyond=1)]
 
 
 def _by_label(left, right, config):
-    """Parts of the left picture, those of the right one as every label sees them: ``(H, W + 1, 1)`` and ``(H, W + 1, D)``."""
+    """Parts of the left picture, ``(H, W + 1, 1)``, and those of the right one for each label, ``(H, W + 1, D)``."""
     left_parts = [part[..., None] for part in sub_pixels(left, config)]
     right_parts = [np.stack([sub_pixel_buffers(line, config.labels) for line in part]) for part in sub_pixels(right, config)]
     return left_parts, right_parts
@@ -121,57 +130,58 @@ def _inside(x, config):
     return (1 << min(x + 1, config.labels_in_use)) - 1
 
 
-def buffers_words(left, right, config):
+def buffers_words(left: NDArray[Any], right: NDArray[Any], config: MatcherConfig) -> list[Payload]:
     """Payloads of :class:`hdl.matcher.sequential.cost.BuffersWord`; see :func:`comparable`."""
     left_parts, right_parts = _by_label(left, right, config)
     return [{"left": {name: int(part[y, x, 0]) for name, part in zip(PARTS, left_parts)},
              "right": [{name: int(part[y, x, d]) for name, part in zip(PARTS, right_parts)} for d in range(config.labels)],
-             "inside": _inside(x, config), **_beside(left, y, x), "beyond": int(x == np.shape(left)[1]), **flags}
+             "inside": _inside(x, config), **_pixels(left, y, x), "beyond": int(x == np.shape(left)[1]), **flags}
             for y, x, flags in _places(np.shape(left), beyond=1)]
 
 
-def cost_words(left, right, config):
+def cost_words(left: NDArray[Any], right: NDArray[Any], config: MatcherConfig) -> list[Payload]:
     """Payloads of :class:`hdl.matcher.sequential.cost.CostWord`; see :func:`comparable`."""
     costs = cost_energy(*_by_label(left, right, config))
     return [{"cost": [{name: int(cost[y, x, d]) for name, cost in zip(PARTS, costs)} for d in range(config.labels)],
-             "inside": _inside(x, config), **_beside(left, y, x), "beyond": int(x == np.shape(left)[1]), **flags}
+             "inside": _inside(x, config), **_pixels(left, y, x), "beyond": int(x == np.shape(left)[1]), **flags}
             for y, x, flags in _places(np.shape(left), beyond=1)]
 
 
-def edata_words(left, right, config):
+def edata_words(left: NDArray[Any], right: NDArray[Any], config: MatcherConfig) -> list[Payload]:
     """Payloads of :class:`hdl.matcher.sequential.cost.EdataWord`."""
     cost = matching_cost(left, right, config)
-    return [{"cost": cost[y, x].tolist(), **_beside(left, y, x), **flags} for y, x, flags in _places(np.shape(left))]
+    return [{"cost": cost[y, x].tolist(), **_pixels(left, y, x), **flags} for y, x, flags in _places(np.shape(left))]
 
 
-def bec_words(cost, local, left, seed=0):
-    """Payloads of :class:`hdl.matcher.stream.BecWord`; what stands above the first line is noise, as nothing may depend on it."""
+def bec_words(cost: NDArray[Any], local: NDArray[Any], left: NDArray[Any], seed: int = 0) -> list[Payload]:
+    """Payloads of :class:`hdl.matcher.stream.BecWord`; ``upper`` of the first line is noise, because nothing may depend on it."""
     rng = np.random.default_rng(seed)
     upper = np.vstack([rng.integers(0, 256, (1, np.shape(left)[1])), np.asarray(left)[:-1]])
     return [{"cost": cost[y, x].tolist(), "local": int(local[y, x]), "pixel": int(left[y, x]), "upper": int(upper[y, x]), **flags}
             for y, x, flags in _places(np.shape(left))]
 
 
-def bec_words_of(left, right, config):
-    """What BEC gives for a pair of pictures; above the first line it repeats that line."""
+def bec_words_of(left: NDArray[Any], right: NDArray[Any], config: MatcherConfig) -> list[Payload]:
+    """Output of BEC for a pair of pictures, with edge replication above the first line."""
     cost = matching_cost(left, right, config)
     local = local_disparity(cost)
     return [{"local": int(local[y, x]), **word} for (y, x, _), word in zip(_places(np.shape(left)), edata_words(left, right, config))]
 
 
-def disparity_words(labels):
+def disparity_words(labels: NDArray[Any]) -> list[Payload]:
     """Payloads of :class:`hdl.matcher.stream.DisparityWord`."""
     return [{"disparity": int(labels[y, x]), **flags} for y, x, flags in _places(np.shape(labels))]
 
 
-def label_words(labels, passed, n):
+def label_words(labels: NDArray[Any], passed: NDArray[Any], n: NDArray[Any]) -> list[Payload]:
     """Payloads of :class:`hdl.matcher.stream.LabelWord`."""
     return [{"label": int(labels[y, x]), "passed": int(passed[y, x]), "size": int(n[y, x]).bit_length(), **flags}
             for y, x, flags in _places(np.shape(labels))]
 
 
-def refined_words(filled, passed, n, config, *, enable=True, minimum=0):
-    """Payloads of :class:`hdl.matcher.stream.DisparityWord`: the median of filled labels, with their confidence."""
+def refined_words(filled: NDArray[Any], passed: NDArray[Any], n: NDArray[Any], config: MatcherConfig, *, enable: bool = True,
+                  minimum: int = 0) -> list[Payload]:
+    """Payloads of :class:`hdl.matcher.stream.DisparityWord` the median of filled labels, with their confidence."""
     result = median(filled, config.method_as(Fused).refinement.median_size) if enable else filled
     sure = confidence(result, filled, passed, n, config.method.disparity_scale)
     least = minimum * config.method.disparity_scale
@@ -179,14 +189,15 @@ def refined_words(filled, passed, n, config, *, enable=True, minimum=0):
             for y, x, flags in _places(np.shape(filled))]
 
 
-def camera(words, *, rng, gaps=0.0, line_gap=1, before=0, after=0):
+def camera(words: Sequence[Payload], *, rng: np.random.Generator, gaps: float = 0.0, line_gap: int = 1, before: int = 0,
+           after: int = 0) -> list[tuple[int, ...]]:
     """Cycles of a camera that sends a frame: (frame valid, line valid, pixel valid, left, right).
 
-    ``gaps``: chance of a cycle without a pixel inside a line. ``line_gap``: cycles of low line valid between lines. ``before``,
+    ``gaps``: probability of a cycle without a pixel inside a line. ``line_gap``: cycles of low line valid between lines. ``before``,
     ``after``: cycles of frame valid before the first pixel and after the last.
     """
     def blank(*signals):
-        # Grey levels mean nothing without a pixel; pixel valid means nothing without a line.
+        # Grey levels are noise without a pixel, and pixel valid without a line.
         frame_valid, line_valid = signals
         return frame_valid, line_valid, 0 if line_valid else int(rng.integers(2)), *rng.integers(0, 256, 2).tolist()
 
@@ -200,13 +211,13 @@ def camera(words, *, rng, gaps=0.0, line_gap=1, before=0, after=0):
     return cycles + [blank(1, 0) for _ in range(after)]
 
 
-def between_frames(cycles):
-    """Frame valid is low; the other signals may do what they like."""
+def between_frames(cycles: int) -> list[tuple[int, ...]]:
+    """Cycles in which frame valid is low and the other signals change."""
     return [(0, n & 1, n >> 1 & 1, 1, 2) for n in range(cycles)]
 
 
-def pack(layout, word):
-    """Bits of a payload."""
+def pack(layout: data.Layout, word: Payload) -> int:
+    """A payload as bits."""
     return layout.const(word).as_value().value
 
 
@@ -217,10 +228,10 @@ def _plain(value, layout):
     return fields if all(isinstance(key, str) for key in fields) else list(fields.values())
 
 
-def comparable(word, layout=None):
-    """A payload without what has no meaning: candidates whose right pixel is outside the picture, where the word says so.
+def comparable(word: Any, layout: data.Layout | None = None) -> Payload:
+    """A payload in which the candidates that the word marks as outside the picture are ``None``: their values are undefined.
 
-    ``layout`` reads packed bits and checks that a payload fits it.
+    ``layout`` unpacks bits, and checks that a payload fits it.
     """
     if layout is not None:
         word = _plain(layout.from_bits(word) if isinstance(word, int) else layout.const(word), layout)
