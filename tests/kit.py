@@ -9,7 +9,7 @@ import pytest
 from amaranth.hdl import UnusedElaboratable
 
 from golden.errors import UserError
-from golden.pictures.dataset import data_folder, load_pair, motorcycle
+from golden.pictures.dataset import PAIRS, data_folder, load_pair, motorcycle
 
 
 @contextlib.contextmanager
@@ -29,6 +29,20 @@ def middlebury(name):
     except UserError as error:
         pytest.skip(str(error))
     return load_pair(folder, name)  # a folder that is there must be whole
+
+
+@contextlib.contextmanager
+def only(name):
+    """Within the block the benchmark has one pair; afterwards all, in the same order. Skips the test if the data are missing."""
+    middlebury(name)
+    every = dict(PAIRS)
+    for other in every.keys() - {name}:
+        del PAIRS[other]
+    try:
+        yield
+    finally:
+        PAIRS.clear()
+        PAIRS.update(every)
 
 
 @functools.cache

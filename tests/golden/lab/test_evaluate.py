@@ -9,7 +9,7 @@ from golden.config import FUSED_1, FUSED_2, FUSED_3, Arithmetic, MatcherConfig, 
 from golden.errors import UserError
 from golden.lab.evaluate import average, evaluate, main
 from golden.pictures.dataset import PAIRS
-from tests.kit import middlebury
+from tests.kit import middlebury, only
 
 
 # nonocc, all, disc of the four pairs, percent; the last is the average of the twelve.
@@ -62,11 +62,10 @@ def test_page_of_the_parameter_sets():
 
 
 @pytest.fixture
-def quick(monkeypatch):
+def quick():
     """The command on one pair: it reads the list of pairs when it runs. Skips without data."""
-    middlebury("tsukuba")
-    for name in ("venus", "teddy", "cones"):
-        monkeypatch.delitem(PAIRS, name)
+    with only("tsukuba"):
+        yield
 
 
 def test_command(quick, capsys, tmp_path):

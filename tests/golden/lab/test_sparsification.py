@@ -6,8 +6,7 @@ import pytest
 from golden.config import FUSED_1, MatcherConfig
 from golden.lab.sparsification import area, area_above_oracle, main, sparsification
 from golden.matcher.fused import match
-from golden.pictures.dataset import PAIRS
-from tests.kit import middlebury
+from tests.kit import middlebury, only
 
 
 def test_curve():
@@ -49,12 +48,10 @@ def test_confidence_ranks_errors(name, expected, of_random):
 
 
 @pytest.mark.parametrize("suffix, start", [(".png", b"\x89PNG"), (".svg", b"<?xml"), (".pdf", b"%PDF")])
-def test_command(capsys, tmp_path, monkeypatch, suffix, start):
-    middlebury("tsukuba")
-    for name in ("venus", "teddy", "cones"):
-        monkeypatch.delitem(PAIRS, name)
+def test_command(capsys, tmp_path, suffix, start):
     output = tmp_path / f"a{suffix}"
-    assert main(["--output", str(output)]) == 0
+    with only("tsukuba"):
+        assert main(["--output", str(output)]) == 0
     assert output.read_bytes().startswith(start)
     printed = capsys.readouterr()
     assert printed.err == ""
