@@ -2,11 +2,11 @@
 
 from amaranth import *
 from amaranth.lib import stream, wiring
-from amaranth.lib.fifo import SyncFIFOBuffered
 from amaranth.lib.wiring import In, Out
 
 from golden.config import PIXEL_BITS
 
+from ..parts.queue import Queue
 from .stream import PixelPair
 
 
@@ -58,8 +58,8 @@ class FrameTiming(wiring.Component):
 
     def elaborate(self, platform: object) -> Module:
         m = Module()
-        m.submodules.fifo = fifo = SyncFIFOBuffered(width=PixelPair().size, depth=self.depth)
-        m.d.comb += [self.o.payload.eq(fifo.r_data), self.o.valid.eq(fifo.r_rdy), fifo.r_en.eq(self.o.ready)]
+        m.submodules.fifo = fifo = Queue(PixelPair(), self.depth)
+        wiring.connect(m, fifo.o, wiring.flipped(self.o))
 
         pixel = Signal()
         m.d.comb += pixel.eq(self.frame_valid & self.line_valid & self.pixel_valid)
@@ -72,7 +72,7 @@ class FrameTiming(wiring.Component):
         word     = Signal(PixelPair())
         m.d.comb += [
             push.eq(waiting & (pixel | ~self.frame_valid)),
-            word.eq(held), fifo.w_data.eq(word), fifo.w_en.eq(push),
+            word.eq(held), fifo.i.payload.eq(word), fifo.i.valid.eq(push),
         ]
         # A line that ends in this cycle ends no later than the frame.
         with m.If(~self.frame_valid):
@@ -89,7 +89,7 @@ class FrameTiming(wiring.Component):
             with m.Elif(~given_up):
                 m.d.sync += [waiting.eq(1), held.left.eq(self.left), held.right.eq(self.right)]
                 m.d.sync += [held.first.eq(start), held.last.eq(0), held.end.eq(0)]
-        with m.If(push & ~fifo.w_rdy):
+        with m.If(push & ~fifo.i.ready):
             m.d.comb += give_up.eq(1)
         with m.If(give_up):
             m.d.sync += waiting.eq(0)

@@ -7,7 +7,6 @@ from operator import or_
 from amaranth import *
 from amaranth.hdl import ShapeLike
 from amaranth.lib import data, stream, wiring
-from amaranth.lib.fifo import SyncFIFOBuffered
 from amaranth.lib.memory import Memory, ReadPort, WritePort
 from amaranth.lib.wiring import In, Out
 from amaranth.utils import ceil_log2
@@ -15,6 +14,7 @@ from amaranth.utils import ceil_log2
 from golden.config import PIXEL_BITS, MatcherConfig
 
 from ..parts.delay import NO_COLLISION, StreamRegister
+from ..parts.queue import Queue
 from .stream import ColumnWord, PixelPair, line_names
 
 
@@ -89,13 +89,11 @@ class LineStore(wiring.Component):
         reach = self.rows // 2
 
         # Plus Line FIFO.
-        m.submodules.plus_fifo = fifo = SyncFIFOBuffered(width=self.i.p.shape().size, depth=self.PLUS_DEPTH)
+        m.submodules.plus_fifo = fifo = Queue(PixelPair(), self.PLUS_DEPTH)
         m.submodules.plus_register = plus_register = StreamRegister(PixelPair())
         come, head = plus_register.o, plus_register.o.p
-        m.d.comb += [
-            fifo.w_data.eq(self.i.p), fifo.w_en.eq(self.i.valid), self.i.ready.eq(fifo.w_rdy),
-            plus_register.i.payload.eq(fifo.r_data), plus_register.i.valid.eq(fifo.r_rdy), fifo.r_en.eq(plus_register.i.ready),
-        ]
+        wiring.connect(m, wiring.flipped(self.i), fifo.i)
+        wiring.connect(m, fifo.o, plus_register.i)
 
         # Line and Minus Line memories: read a column, a cycle later write it back moved down by one line.
         pair = data.StructLayout({"left": PIXEL_BITS, "right": PIXEL_BITS})

@@ -3,13 +3,13 @@
 from typing import ClassVar
 
 from amaranth import *
-from amaranth.lib import data, stream
-from amaranth.lib.fifo import SyncFIFOBuffered
+from amaranth.lib import data, stream, wiring
 from amaranth.lib.wiring import In, Out
 
 from golden.config import MatcherConfig
 
 from ...parts.delay import StreamRegister, data_register
+from ...parts.queue import Queue
 from ..stage import Stage
 from ..stream import LabelWord
 
@@ -81,27 +81,28 @@ class Fill(Stage):
         queued = data.StructLayout({"pixel": LabelWord(self.config), "enable": 1})
 
         # Pixels.
-        m.submodules.pixels = pixels = SyncFIFOBuffered(width=queued.size, depth=depth)
+        m.submodules.pixels = pixels = Queue(queued, depth)
         m.submodules.pixel_head = pixel_head = StreamRegister(queued)
         taken  = Signal()
         enable = Signal(reset_less=True)
         joined = Signal(queued)
         m.d.comb += [
-            taken.eq(self.i.valid & self.i.ready), self.i.ready.eq(pixels.w_rdy),
+            taken.eq(self.i.valid & self.i.ready), self.i.ready.eq(pixels.i.ready),
             joined.pixel.eq(self.i.p), joined.enable.eq(Mux(self.i.p.first, self.enable, enable)),
-            pixels.w_data.eq(joined), pixels.w_en.eq(self.i.valid),
-            pixel_head.i.payload.eq(pixels.r_data), pixel_head.i.valid.eq(pixels.r_rdy), pixels.r_en.eq(pixel_head.i.ready),
+            pixels.i.payload.eq(joined), pixels.i.valid.eq(self.i.valid),
         ]
+        wiring.connect(m, pixels.o, pixel_head.i)
         with m.If(taken):
             m.d.sync += enable.eq(joined.enable)
 
         # Passing labels. There are never more than pixels, which are at most one more than their queue is deep: none need wait.
-        m.submodules.passing = passing = SyncFIFOBuffered(width=Passing(self.config).size, depth=depth + 2)
+        m.submodules.passing = passing = Queue(Passing(self.config), depth + 2)
         m.submodules.passing_head = passing_head = StreamRegister(Passing(self.config))
         m.d.comb += [
-            passing.w_data.eq(Cat(self.i.p.label, ~self.i.p.passed)), passing.w_en.eq(taken & (self.i.p.passed | self.i.p.last)),
-            passing_head.i.payload.eq(passing.r_data), passing_head.i.valid.eq(passing.r_rdy), passing.r_en.eq(passing_head.i.ready),
+            passing.i.p.label.eq(self.i.p.label), passing.i.p.none.eq(~self.i.p.passed),
+            passing.i.valid.eq(taken & (self.i.p.passed | self.i.p.last)),
         ]
+        wiring.connect(m, passing.o, passing_head.i)
 
         # Complete lines. One counts when its words have reached the registers behind the queues: nothing else need be waited for.
         lines     = Signal(range(depth + 2))

@@ -5,13 +5,13 @@ from typing import ClassVar
 from amaranth import *
 from amaranth.hdl import Mux
 from amaranth.lib import data, stream, wiring
-from amaranth.lib.fifo import SyncFIFOBuffered
 from amaranth.lib.wiring import In, Out
 
 from golden.config import MINIMUM_BITS, Fused, MatcherConfig
 from golden.matcher.confidence import WINDOW
 
 from ...parts.delay import Delay, StreamRegister
+from ...parts.queue import Queue
 from ...parts.sorting_network import Selection, merge, select, sort
 from ..stage import Stage
 from ..stream import DisparityWord, LabelWord, copy_flags
@@ -216,15 +216,15 @@ class Median(Stage):
         depth  = self.pipeline + 4
         unread = Signal(range(depth + 1))  # started, not yet taken from the queue
         sure   = Signal(DisparityWord(config))
-        m.submodules.output = output = SyncFIFOBuffered(width=sure.shape().size, depth=depth)
+        m.submodules.output = output = Queue(DisparityWord(config), depth)
         m.submodules.register = register = StreamRegister(DisparityWord(config))
+        wiring.connect(m, output.o, register.i)
         wiring.connect(m, register.o, wiring.flipped(self.o))
         m.d.sync += [
-            unread.eq(unread + columns.coming - (output.r_rdy & output.r_en)), columns.go.eq(unread < depth - 1),
+            unread.eq(unread + columns.coming - (output.o.valid & output.o.ready)), columns.go.eq(unread < depth - 1),
         ]
         m.d.comb += [
             sure.eq(result.o), sure.confidence.eq(confidence.o),
-            output.w_data.eq(sure), output.w_en.eq(shown[-1]),
-            register.i.payload.eq(output.r_data), register.i.valid.eq(output.r_rdy), output.r_en.eq(register.i.ready),
+            output.i.payload.eq(sure), output.i.valid.eq(shown[-1]),
         ]
         return m
