@@ -17,18 +17,17 @@ __all__ = ["CensusStage"]
 
 
 class CensusStage(Stage):
-    """Census of the left and of the right picture at every pixel, beside the three lines around it.
+    """Census of the left and of the right picture at every pixel, added to the three lines around it.
 
     The golden model is :func:`golden.matcher.census.census`: a bit for each neighbour in the window, set where it is darker than the
     centre.
 
-    Columns go through a window as wide as the census. A line's first column fills it, and its last one comes again until the line has
-    left: pixels outside the picture repeat the nearest. The line store in front repeats lines and gives rectangular frames; this stage
-    relies on them. A word marked ``below`` passes as any other; its census means nothing.
+    Edge replication: to the left and to the right here, above and below by the line store in front, whose frames are rectangular. The
+    census of a word marked ``below`` is undefined.
 
-    Timing: a word leaves :attr:`latency` cycles after its own column came, if the next ones follow it at once and no line is before it.
-    A line of ``W`` columns takes ``W + census_columns // 2`` cycles; its last words do not wait for the next line. ``o`` and ``i.ready``
-    leave registers.
+    Timing: a word is output :attr:`latency` cycles after its column was accepted, if the next columns follow without a pause and the
+    line before has been output. A line of ``W`` columns takes ``W + census_columns // 2`` cycles; its last words do not wait for the next
+    line. ``o`` and ``i.ready`` are registered.
 
     Parameters
     ----------
@@ -62,38 +61,40 @@ class CensusStage(Stage):
         columns = self.config.method_as(Fused).cost.census_columns
         reach = columns // 2
 
-        # A column that cannot go on waits here, so that `i.ready` comes from a register: the line store decides much by it.
+        # A skid buffer, so that `i.ready` is a register: much of the line store depends on it.
         spare       = Signal(ColumnWord(self.rows), reset_less=True)
         spare_valid = Signal()
-        come        = Signal(ColumnWord(self.rows))
-        come_valid  = Signal()
-        come_ready  = Signal()
-        m.d.comb += [self.i.ready.eq(~spare_valid), come.eq(Mux(spare_valid, spare, self.i.p)), come_valid.eq(spare_valid | self.i.valid)]
-        m.d.sync += spare_valid.eq(come_valid & ~come_ready)
+        next_column = Signal(ColumnWord(self.rows))
+        next_valid  = Signal()
+        next_ready  = Signal()
+        m.d.comb += [self.i.ready.eq(~spare_valid), next_column.eq(Mux(spare_valid, spare, self.i.p))]
+        m.d.comb += next_valid.eq(spare_valid | self.i.valid)
+        m.d.sync += spare_valid.eq(next_valid & ~next_ready)
         with m.If(~spare_valid):
             m.d.sync += spare.eq(self.i.p)
 
-        # The window: its newest column is the rightmost. What it holds right of its centre has yet to leave.
+        # The window: its newest column is the rightmost. The columns to the right of its centre have yet to be output. A line's first
+        # column fills it, its last one is repeated until the centre has reached it.
         window = [Signal(ColumnWord(self.rows), name=f"column_{n}", reset_less=True) for n in range(columns)]
         newest, centre = window[-1], window[reach]
-        waiting = Signal(reach + 1)          # the column has yet to leave: a bit for each from the centre (bit 0) to the newest
-        closing = Signal(reach + 1, init=1)  # the column is the last of its line; at the centre: the next one begins a line
-        repeat  = Signal()                   # the line's last column comes again
+        pending = Signal(reach + 1)          # columns yet to be output, from the centre (bit 0) to the newest
+        closing = Signal(reach + 1, init=1)  # columns that are the last of their line; at the centre: the next one starts a line
+        repeat  = Signal()                   # the line's last column is repeated
         ready   = Signal()
-        leave   = Signal()
+        output  = Signal()
         m.d.comb += [
             ready.eq(self.o.ready | ~self.o.valid),
-            leave.eq(waiting[0] & ready),
-            come_ready.eq(ready & ~repeat),
+            output.eq(pending[0] & ready),
+            next_ready.eq(ready & ~repeat),
         ]
-        with m.If(leave):
-            m.d.sync += waiting[0].eq(0)
-        with m.If(ready & (come_valid | repeat)):
-            now_closing = Cat(closing[1:], ~repeat & come.last)
-            m.d.sync += [waiting.eq(Cat(waiting[1:], ~repeat)), closing.eq(now_closing), repeat.eq(now_closing[1:].any())]
-            m.d.sync += [column.eq(Mux(closing[0], come, later)) for column, later in pairwise(window)]
+        with m.If(output):
+            m.d.sync += pending[0].eq(0)
+        with m.If(ready & (next_valid | repeat)):
+            now_closing = Cat(closing[1:], ~repeat & next_column.last)
+            m.d.sync += [pending.eq(Cat(pending[1:], ~repeat)), closing.eq(now_closing), repeat.eq(now_closing[1:].any())]
+            m.d.sync += [column.eq(Mux(closing[0], next_column, later)) for column, later in pairwise(window)]
             with m.If(~repeat):
-                m.d.sync += newest.eq(come)
+                m.d.sync += newest.eq(next_column)
 
         # Comparisons, straight into registers.
         first_row = (self.rows - self.config.method_as(Fused).cost.census_rows) // 2
@@ -101,7 +102,7 @@ class CensusStage(Stage):
         payload = data_register(m, self.o.payload)
         with m.If(self.o.ready):
             m.d.sync += self.o.valid.eq(0)
-        with m.If(leave):
+        with m.If(output):
             m.d.sync += [self.o.valid.eq(1), payload.below.eq(centre.below), *copy_flags(payload, centre)]
             for side in ("left", "right"):
                 neighbours = [column[side][name] for name in names for column in window if not (name == "line" and column is centre)]

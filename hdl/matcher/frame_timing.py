@@ -16,22 +16,22 @@ __all__ = ["FrameTiming"]
 class FrameTiming(wiring.Component):
     """Pixels under frame valid, line valid and pixel valid (thesis figure 18) as a stream.
 
-    A pixel is one cycle with all three signals high. Line valid falls between lines, frame valid between frames. Whether a pixel is the
-    last of its line or of its frame shows only afterwards, so each pixel waits for what follows it: the next pixel, or frame valid
-    falling. Golden: the picture itself.
+    A pixel is one cycle with all three signals high. Line valid falls between lines, frame valid between frames. Golden: the picture
+    itself.
 
-    A camera cannot wait. A frame that begins while the FIFO still holds pixels, or that fills it, is given up: dropped whole, or from
-    that pixel on, and counted. What was sent of it is then a ragged frame to the matcher, which recovers at the next one.
+    There is no back-pressure to the camera. A frame that begins while the FIFO still holds pixels is dropped whole; a frame that fills
+    the FIFO is dropped from that pixel on, and is then a ragged frame to the matcher, which recovers at the next one. ``dropped`` counts
+    both.
 
-    Timing: a pixel leaves 2 cycles after the one that follows it, or after frame valid falls. Frame valid must be low for 3 cycles at
-    least, for the last pixel to leave before the next frame begins.
+    Timing: a pixel is output 2 cycles after the next one, or after frame valid falls: only then is known whether it is the last. Frame
+    valid must be low for 3 cycles at least, for the last pixel to leave before the next frame begins.
 
     Memory: ``depth * 19`` bits.
 
     Parameters
     ----------
     depth : int
-        Pixels that the FIFO holds: what a line may be ahead of the matcher.
+        Pixels that the FIFO holds: how far the camera may be ahead of the matcher.
 
     Members
     -------
@@ -40,7 +40,7 @@ class FrameTiming(wiring.Component):
         Grey levels.
     o : Out(stream.Signature(PixelPair()))
     dropped : Out(16)
-        Frames given up; stays at its greatest value.
+        Frames dropped, whole or in part; saturates.
     """
     def __init__(self, depth: int = 1024):
         if depth < 4:
@@ -64,36 +64,36 @@ class FrameTiming(wiring.Component):
         pixel = Signal()
         m.d.comb += pixel.eq(self.frame_valid & self.line_valid & self.pixel_valid)
 
-        waiting  = Signal()                 # a pixel waits for what follows it
+        holding  = Signal()                 # `held` is a pixel, whose flags depend on the next cycle
         held     = Signal(PixelPair(), reset_less=True)
         start    = Signal(init=1)           # the next pixel is the first of its frame
-        given_up = Signal(init=1)           # the rest of this frame is not sent; after reset, what is left of one
+        dropping = Signal(init=1)           # the rest of this frame is not sent; after reset, that of a frame in progress
         push     = Signal()
         word     = Signal(PixelPair())
         m.d.comb += [
-            push.eq(waiting & (pixel | ~self.frame_valid)),
+            push.eq(holding & (pixel | ~self.frame_valid)),
             word.eq(held), fifo.i.payload.eq(word), fifo.i.valid.eq(push),
         ]
         # A line that ends in this cycle ends no later than the frame.
         with m.If(~self.frame_valid):
             m.d.comb += [word.last.eq(1), word.end.eq(1)]
-            m.d.sync += [start.eq(1), given_up.eq(0), waiting.eq(0)]
-        with m.If(waiting & ~self.line_valid):
+            m.d.sync += [start.eq(1), dropping.eq(0), holding.eq(0)]
+        with m.If(holding & ~self.line_valid):
             m.d.sync += held.last.eq(1)
 
-        give_up = Signal()
+        drop = Signal()
         with m.If(pixel):
             m.d.sync += start.eq(0)
             with m.If(start & (fifo.level != 0)):
-                m.d.comb += give_up.eq(1)
-            with m.Elif(~given_up):
-                m.d.sync += [waiting.eq(1), held.left.eq(self.left), held.right.eq(self.right)]
+                m.d.comb += drop.eq(1)
+            with m.Elif(~dropping):
+                m.d.sync += [holding.eq(1), held.left.eq(self.left), held.right.eq(self.right)]
                 m.d.sync += [held.first.eq(start), held.last.eq(0), held.end.eq(0)]
         with m.If(push & ~fifo.i.ready):
-            m.d.comb += give_up.eq(1)
-        with m.If(give_up):
-            m.d.sync += waiting.eq(0)
-            m.d.sync += given_up.eq(self.frame_valid)
+            m.d.comb += drop.eq(1)
+        with m.If(drop):
+            m.d.sync += holding.eq(0)
+            m.d.sync += dropping.eq(self.frame_valid)
             with m.If(~self.dropped.all()):
                 m.d.sync += self.dropped.eq(self.dropped + 1)
         return m

@@ -1,4 +1,4 @@
-"""The matcher behind frame timing signals: for a camera without a stream, and a design that is not this project's board."""
+"""The matcher behind frame timing signals: for a camera without a stream, and for boards other than this project's."""
 
 from amaranth import *
 from amaranth.lib import wiring
@@ -17,9 +17,9 @@ __all__ = ["FramedMatcher"]
 
 
 class FramedMatcher(wiring.Component):
-    """The matcher between frame timing signals and a stream of disparities, with a clock and a reset button of their own.
+    """The matcher between frame timing signals and a stream of disparities, with its clock and its reset as ports.
 
-    Golden: :func:`golden.matcher.labelling.match`.
+    Golden: :func:`golden.matcher.matcher.match`.
 
     Members
     -------
@@ -30,15 +30,14 @@ class FramedMatcher(wiring.Component):
     frame_valid, line_valid, pixel_valid, left, right, dropped
         As of :class:`hdl.matcher.frame_timing.FrameTiming`.
     disparity : Out, disparity_valid : Out(1), disparity_ready : In(1)
-        The outgoing stream, as :class:`hdl.matcher.stream.DisparityWord`, with ``disparity_first``, ``disparity_last``, ``disparity_end``
-        : Out(1),
-        and with the cost ``FUSED`` ``passed`` and ``confidence``.
+        The outgoing stream; with it ``disparity_first``, ``disparity_last``, ``disparity_end`` : Out(1), and the further fields of
+        :class:`hdl.matcher.stream.DisparityWord` that the method has.
     error, clear, and the settings of :func:`hdl.matcher.settings.setting_ports`
         As of :class:`hdl.matcher.matcher.Matcher`.
     """
     def __init__(self, config: MatcherConfig):
         self.config = config
-        # Two lines: what a camera may send at once while the matcher is still busy with the lines around a frame's end.
+        # Two lines: what a camera may send while the matcher outputs the lines around a frame's end.
         self.timing = FrameTiming(max(64, 2 * config.max_width))
         self.matcher = Matcher(config)
         self._fields = {name: field.shape for name, field in DisparityWord(config) if name not in FLAGS}

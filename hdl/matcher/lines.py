@@ -1,4 +1,4 @@
-"""Line memories: the line store in front of BEC, and the Edata memory between BEC and GC."""
+"""Line memories: the line store in front of the engine, and the Edata memory of the sequential engine."""
 
 from functools import reduce
 from itertools import pairwise
@@ -22,7 +22,7 @@ __all__ = ["EdataMemory", "LineStore"]
 
 
 def _ports(memory: Memory, name: str) -> tuple[ReadPort, WritePort]:
-    """Read and write port, whose signals bear the name of the line that the memory holds."""
+    """Read and write port, with signals named after the line that the memory holds."""
     size = {"addr_width": ceil_log2(memory.depth), "shape": memory.shape}
     return (ReadPort(ReadPort.Signature(**size), memory=memory, domain="sync", path=(f"{name}_read",)),
             WritePort(WritePort.Signature(**size), memory=memory, domain="sync", path=(f"{name}_write",)))
@@ -31,27 +31,25 @@ def _ports(memory: Memory, name: str) -> tuple[ReadPort, WritePort]:
 class LineStore(wiring.Component):
     """Plus Line, Line and Minus Line FIFOs of both pictures, and the control that moves lines through them (thesis figure 19).
 
-    Gives, for every pixel of a line, the ``rows // 2`` pixels above and below it; lines outside the picture repeat the nearest. The
-    golden model is :func:`golden.matcher.lines.line_store`.
+    Outputs every pixel with the ``rows // 2`` pixels above and below it; edge replication above and below the picture. The golden model is
+    :func:`golden.matcher.lines.line_store`.
 
-    The Plus Line FIFO takes pixels as they come. As pixel ``(x, y+1)`` leaves it, the Line memory gives up ``(x, y)`` and takes it,
-    and the Minus Line memory gives up ``(x, y-1)`` and takes ``(x, y)``. After the pixel marked ``end``, the last line follows without
-    waiting for the next frame. More than three rows are more memories in that chain, and ``rows // 2`` last lines.
-    While these leave, no more of the next frame is taken than the FIFO holds.
+    As pixel ``(x, y+1)`` is read from the Plus Line FIFO it replaces ``(x, y)`` in the Line memory, which replaces ``(x, y-1)`` in the
+    Minus Line memory; more than three rows are more memories in that chain. After the pixel marked ``end`` the last ``rows // 2`` lines
+    are output without waiting for the next frame; meanwhile no more of the next frame is accepted than the FIFO holds.
 
-    Frames: the first line sets the width. What comes out is always rectangular and closed by ``end``, whatever comes in. A frame
-    that is ragged raises ``error`` for one cycle, is cut after the line at fault (which repeats its last pixel if it was short) and
-    the rest of it, up to the next ``first``, is dropped: a line that is too short or too long, ``first`` before ``end``, pixels before
-    ``first``, ``end`` without ``last``. A first line longer than ``max_width`` (or cut by ``first``) gives nothing at all.
+    Frames: the first line sets the width. Frames at ``o`` are always rectangular and closed by ``end``. A ragged frame raises ``error``
+    for one cycle, is cut after the faulty line (padded with its last pixel if it was short), and dropped from there to the next
+    ``first``. Ragged means: a line that is too short or too long, ``first`` before ``end``, pixels before ``first``, ``end`` without
+    ``last``. A frame whose first line is longer than ``max_width``, or cut by ``first``, is dropped whole.
 
-    With ``lines_below`` that many lines more follow the last one, marked ``below``: only those of their pixels that lie above the picture's
-    end mean anything. The streaming engine walks along them for the last line's disparities; ``end`` is then the end of the last of them.
+    With ``lines_below`` as many lines follow the last one, marked ``below``; only the pixels of their columns that lie in the picture are
+    defined. The streaming engine needs them for the disparities of the last line. ``end`` then marks the end of the last of them.
 
-    Timing: at most one column a cycle; at a line's start one cycle more. ``o`` leaves a register. What the memories give passes through
-    one too, because a memory block is slow to give its word.
+    Timing: at most one column a cycle; at a line's start one cycle more. ``o`` is registered.
 
-    Memory: ``(rows - 1) * max_width * 16`` bits and the Plus Line FIFO, ``PLUS_DEPTH * 19`` bits. That FIFO is kept short: what waits in it
-    is latency, and a whole line would be one more than the method needs.
+    Memory: ``(rows - 1) * max_width * 16`` bits and the Plus Line FIFO, ``PLUS_DEPTH * 19`` bits. That FIFO is short, as it adds
+    latency.
 
     Parameters
     ----------
@@ -59,7 +57,7 @@ class LineStore(wiring.Component):
     rows : int
         Lines of a column: 3, 5 or 7.
     lines_below : int
-        At most ``rows // 2``: further down nothing of the picture is left in a column.
+        At most ``rows // 2``: columns further down hold no pixel of the picture.
 
     Members
     -------
@@ -71,7 +69,7 @@ class LineStore(wiring.Component):
 
     def __init__(self, config: MatcherConfig, *, rows: int = 3, lines_below: int = 0):
         if rows not in range(3, 8, 2):
-            raise ValueError(f"a line store gives columns of 3, 5 or 7 lines, not {rows!r}")
+            raise ValueError(f"the columns of a line store have 3, 5 or 7 lines, not {rows!r}")
         if lines_below not in range(rows // 2 + 1):
             raise ValueError(f"below the picture, columns of {rows} lines hold pixels for 0 to {rows // 2} lines, not {lines_below!r}")
         self.config = config
@@ -91,13 +89,13 @@ class LineStore(wiring.Component):
         # Plus Line FIFO.
         m.submodules.plus_fifo = fifo = Queue(PixelPair(), self.PLUS_DEPTH)
         m.submodules.plus_register = plus_register = StreamRegister(PixelPair())
-        come, head = plus_register.o, plus_register.o.p
+        plus_line, head = plus_register.o, plus_register.o.p
         wiring.connect(m, wiring.flipped(self.i), fifo.i)
         wiring.connect(m, fifo.o, plus_register.i)
 
         # Line and Minus Line memories: read a column, a cycle later write it back moved down by one line.
         pair = data.StructLayout({"left": PIXEL_BITS, "right": PIXEL_BITS})
-        coming, *stored = reversed(line_names(self.rows))
+        newest, *stored = reversed(line_names(self.rows))
         read, write = {}, {}
         for name in stored:
             m.submodules[f"{name}_memory"] = memory = Memory(shape=pair, depth=max_width, init=[], attrs=NO_COLLISION)
@@ -106,17 +104,17 @@ class LineStore(wiring.Component):
         # What is being issued to the memories in this cycle.
         x        = Signal(range(max_width))
         width    = Signal(range(max_width))  # of this frame, less one
-        row_zero = Signal()                  # the first line: stored, nothing to give yet
-        row_one  = Signal()                  # the line after it, and so on; at the last of these rows the first line leaves
+        row_zero = Signal()                  # the first line: stored, nothing to output yet
+        row_one  = Signal()                  # the line after it, and so on; with the last of these the first line is output
         row      = [row_zero, row_one, *(Signal(name=f"row_{n}") for n in range(2, reach + 1))]
         issue    = Signal()
         plus     = Signal(pair)
-        early    = Signal()                  # a line leaves after the last one has come, and others will
+        early    = Signal()                  # a line is output after the last one was accepted, and is not the last itself
         flush    = Signal()
         below    = Signal()
-        closes_frame = Signal()              # the line is the last to leave
+        closes_frame = Signal()              # the line is the last to be output
 
-        # The column that comes out of the memories.
+        # The column read from the memories.
         held       = Signal()
         held_shown = Signal()
         held_x     = Signal.like(x, reset_less=True)
@@ -126,77 +124,76 @@ class LineStore(wiring.Component):
         held_end   = Signal(reset_less=True)
         held_top   = Signal(reset_less=True)
         held_last  = Signal(reset_less=True)
-        leave      = Signal()
+        output     = Signal()
         m.submodules.column = column_register = StreamRegister(ColumnWord(self.rows))
         wiring.connect(m, column_register.o, wiring.flipped(self.o))
-        given = column_register.i
-        m.d.comb += leave.eq(held & (given.ready | ~held_shown))
+        column_i = column_register.i
+        m.d.comb += output.eq(held & (column_i.ready | ~held_shown))
 
-        # A line starts only when the one before it is written back: lines of one pixel read what was just written.
+        # A line starts only when the one before it is written back: a line of one pixel reads the word that was written last.
         can_issue = Signal()
-        m.d.comb += can_issue.eq(~held | (leave & (x != 0)))
+        m.d.comb += can_issue.eq(~held | (output & (x != 0)))
 
         with m.If(issue):
             m.d.sync += [
                 held.eq(1), held_shown.eq(~reduce(or_, row[:-1]) | flush), held_x.eq(x), held_plus.eq(plus), held_flush.eq(flush),
                 held_below.eq(below), held_end.eq(closes_frame), held_top.eq(row[-1]), held_last.eq(x == width),
             ]
-        with m.Elif(leave):
+        with m.Elif(output):
             m.d.sync += held.eq(0)
 
-        # Above the picture its first line comes again, and moves down with the others. Below it the last line does: it stays in the first
-        # memory until nothing more of it is wanted.
-        again, take = held_flush, leave
+        # Edge replication: line 0 fills the rows above. The last line is kept in the first memory, and read again for the rows below.
+        replicate, store = held_flush, output
         if reach > 1:
             held_early = Signal(reset_less=True)
-            again, take = held_flush | held_early, leave & ~held_early
+            replicate, store = held_flush | held_early, output & ~held_early
             with m.If(issue):
                 m.d.sync += held_early.eq(early)
         for name in stored:
             m.d.comb += [read[name].addr.eq(x), read[name].en.eq(issue)]
-        for name, lower in zip(stored, (coming, *stored)):
-            m.d.comb += [write[name].addr.eq(held_x), write[name].en.eq(take if lower == coming else leave)]
-            m.d.comb += write[name].data.eq(held_plus if lower == coming else Cat(given.p.left[lower], given.p.right[lower]))
+        for name, lower in zip(stored, (newest, *stored)):
+            m.d.comb += [write[name].addr.eq(held_x), write[name].en.eq(store if lower == newest else output)]
+            m.d.comb += write[name].data.eq(held_plus if lower == newest else Cat(column_i.p.left[lower], column_i.p.right[lower]))
         m.d.comb += [
-            given.valid.eq(held & held_shown),
-            given.p.first.eq(held_top & (held_x == 0)),
-            given.p.last.eq(held_last),
-            given.p.end.eq(held_last & held_end),
-            given.p.below.eq(held_below),
+            column_i.valid.eq(held & held_shown),
+            column_i.p.first.eq(held_top & (held_x == 0)),
+            column_i.p.last.eq(held_last),
+            column_i.p.end.eq(held_last & held_end),
+            column_i.p.below.eq(held_below),
         ]
-        for column, side in ((given.p.left, "left"), (given.p.right, "right")):
+        for column, side in ((column_i.p.left, "left"), (column_i.p.right, "right")):
             pixel = {name: read[name].data[side] for name in stored}
             for name in stored:
                 m.d.comb += column[name].eq(Mux(held_top, pixel["line"], pixel[name]) if name.startswith("minus") else pixel[name])
-            m.d.comb += column[coming].eq(Mux(again, pixel[stored[0]], held_plus[side]))
+            m.d.comb += column[newest].eq(Mux(replicate, pixel[stored[0]], held_plus[side]))
 
-        # Control. `expected` distinguishes pixels that follow a good frame without `first` from the rest of a ragged one.
+        # Control. `expected`: a pixel without `first` is an error, as it is not the rest of a ragged frame.
         expected = Signal(init=1)
         next_row = [row_one.eq(0), *(row[n].eq(row[n - 1]) for n in range(2, reach + 1))]
         last_lines = [*(f"last line but {n}" for n in range(reach - 1, 0, -1)), "last line"]
         with m.FSM():
             with m.State("between frames"):
-                with m.If(come.valid):
+                with m.If(plus_line.valid):
                     with m.If(head.first):
                         m.d.sync += [x.eq(0), row_zero.eq(1), row_one.eq(0)]
                         m.next = "line"
                     with m.Else():
-                        m.d.comb += [come.ready.eq(1), self.error.eq(expected)]
+                        m.d.comb += [plus_line.ready.eq(1), self.error.eq(expected)]
                         m.d.sync += expected.eq(0)
 
             with m.State("line"):
                 m.d.comb += plus.eq(Cat(head.left, head.right))
-                with m.If(come.valid & head.first & ~((x == 0) & row_zero)):
+                with m.If(plus_line.valid & head.first & ~((x == 0) & row_zero)):
                     m.d.comb += self.error.eq(1)
                     with m.If(row_zero):
-                        m.next = "between frames"  # nothing has been shown of this frame
+                        m.next = "between frames"  # nothing of this frame has been output
                     with m.Elif(x == 0):
                         m.next = last_lines[0]
                     with m.Else():
                         m.next = "pad"
-                with m.Elif(come.valid & can_issue):
+                with m.Elif(plus_line.valid & can_issue):
                     closes = head.last | head.end
-                    m.d.comb += [issue.eq(1), come.ready.eq(1), self.error.eq(head.end & ~head.last)]
+                    m.d.comb += [issue.eq(1), plus_line.ready.eq(1), self.error.eq(head.end & ~head.last)]
                     m.d.sync += [x.eq(x + 1), expected.eq(0)]
                     with m.If(row_zero):
                         with m.If(closes):
@@ -229,7 +226,7 @@ class LineStore(wiring.Component):
                         m.d.sync += [x.eq(0), *next_row]
                         m.next = last_lines[0]
 
-            # A state for each line that leaves after the last one has come, and one for each line below.
+            # A state for each line that is output after the last one was accepted, and one for each line below.
             lines_below = [f"line below {n}" for n in range(self.lines_below)]
             for state, following in pairwise([*last_lines, *lines_below, "between frames"]):
                 with m.State(state):
@@ -245,12 +242,12 @@ class LineStore(wiring.Component):
 
 
 class EdataMemory(wiring.Component):
-    """The words of one line, between BEC and GC: gives up the word of the line above as it takes the one of this line.
+    """The words of one line, between costs and labelling: outputs the word of the line above as it stores the one of this line.
 
     The golden model is :func:`golden.matcher.lines.edata_memory`.
 
-    Timing: ``o`` holds the old word of ``column`` from the cycle after ``exchange`` until the next; ``i`` is written if ``write`` is
-    high with ``exchange``. The old word is read in the cycle that writes the new one (M9K: old data on collision).
+    Timing: ``o`` is the old word of ``column`` from the cycle after ``exchange`` until the next ``exchange``; ``i`` is written if ``write``
+    is high with ``exchange``. The old word is read in the cycle that writes the new one: the memory must return old data on collision.
 
     Memory: ``max_width`` words.
 

@@ -17,7 +17,7 @@ from .stream import DisparityWord, PixelPair
 __all__ = ["Matcher"]
 
 
-# Cycles that a line takes beyond its pixels: in the line store, and in the engine, which issues two that are no pixels.
+# Cycles that a line takes beyond its pixels: in the line store, and in the engine, which issues two of padding.
 _LINE_STORE_CLOCKS = 1
 _ENGINE_CLOCKS = 2
 
@@ -27,25 +27,25 @@ class Matcher(wiring.Component):
 
     The golden model is :func:`golden.matcher.matcher.match`.
 
-    The picture's size is learned from the flags of its pixels; any height, any width up to ``max_width``, a new one each frame. The last
-    lines of a frame leave without waiting for the next frame. What a ragged frame does is told at :class:`hdl.matcher.lines.LineStore`.
+    Frames may have any height and any width up to ``max_width``, and may differ in size; the flags of their pixels delimit them. The last
+    lines of a frame are output without waiting for the next frame. :class:`hdl.matcher.lines.LineStore` states what becomes of a ragged
+    frame.
 
-    Timing: a pixel each :attr:`clocks_per_pixel` cycles. A disparity leaves :attr:`latency_lines` lines and at most :attr:`latency_clocks`
-    cycles after its pixel came, if pixels are offered and disparities taken without a pause, lines are no shorter than
+    Timing: a pixel each :attr:`clocks_per_pixel` cycles. A disparity is output :attr:`latency_lines` lines and at most
+    :attr:`latency_clocks` cycles after its pixel was accepted, if neither ``i`` nor ``o`` stalls, lines are no shorter than
     :attr:`full_rate_width`, and the matcher was empty as the frame began: a frame close behind another waits for that one's last lines.
 
     Members
     -------
     i : In(stream.Signature(PixelPair()))
     o : Out(stream.Signature(DisparityWord(config)))
-    u1, u2, u3, in_use and more with the cost ``FUSED``, apply_settings : In
-        Settings, see :func:`hdl.matcher.settings.setting_ports`. ``apply_settings`` takes them; until its first pulse those of ``config``
-        are in
-        force. More labels in use than there are, are as many as there are. Each block samples what concerns it as the first pixel of a
-        frame reaches it. Set them between frames: before the first pixel of a frame is sent, they hold for all of it; once its first
-        disparity has come out, they hold from the next one on.
+    u1, u2, u3, in_use, further settings of the method, apply_settings : In
+        See :func:`hdl.matcher.settings.setting_ports`. A pulse of ``apply_settings`` puts them into force; until the first one those of
+        ``config`` are. ``in_use`` above the number of labels means all. Each block samples its settings as the first pixel of a frame
+        reaches it. Set before the first pixel of a frame is sent, they hold for all of it; set after its first disparity was output,
+        from the next frame on.
     error : Out(1)
-        A ragged frame came; stays up until ``clear``.
+        A ragged frame was accepted; set until ``clear``.
     clear : In(1)
     """
     def __init__(self, config: MatcherConfig):
@@ -71,7 +71,7 @@ class Matcher(wiring.Component):
 
     @property
     def latency_lines(self) -> int:
-        """Lines from a pixel to its disparity: the window's below it, those whose costs it needs, those of stages."""
+        """Lines from a pixel to its disparity: those of the window below it, those whose costs it needs, those of the stages."""
         return self.line_store.rows // 2 + max(self.engine.lines_below, 1) + sum(stage.lines for stage in self.parts.stages)
 
     @property
@@ -81,7 +81,7 @@ class Matcher(wiring.Component):
         return max([_ENGINE_CLOCKS, in_front, *(stage.line_clocks for stage in self.parts.labels)])
 
     def frame_clocks(self, width: int, height: int) -> int:
-        """Cycles from one frame's first disparity to the next one's, if pixels are offered and disparities taken without a pause.
+        """Cycles from one frame's first disparity to the next one's, if neither ``i`` nor ``o`` stalls.
 
         Exact for frames of two lines or more that are no narrower than :attr:`full_rate_width`; otherwise an upper bound.
         """

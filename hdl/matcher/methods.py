@@ -1,4 +1,4 @@
-"""Which methods there are, and the parts that each is made of. The one file of the gateware that knows."""
+"""The methods and their parts. No other gateware depends on which methods there are."""
 
 from dataclasses import dataclass
 
@@ -29,7 +29,7 @@ class Parts:
     costs : type of CostArray
         Of the streaming engine.
     label_output : type of LabelOutput
-        What follows the selection of a label.
+        Turns a selected label into the engine's output.
     pixels, columns, labels : tuple of types of Stage
         Stages in front of the line store, between it and the engine, and behind the engine.
     """
@@ -40,7 +40,7 @@ class Parts:
     labels: tuple[type[Stage], ...] = ()
 
 
-#: A method's class to its parts. A third method is a row here, beside its golden functions in :mod:`golden.matcher.matcher`.
+#: A method's class to its parts. A third method is a row here, and one in :data:`golden.matcher.matcher.MATCHERS`.
 METHODS: dict[type, Parts] = {
     OnePass: Parts(costs=BecArray),
     Fused: Parts(pixels=(RightShift,), columns=(CensusStage,), costs=FusedArray, label_output=CheckedLabel, labels=(Fill, Median)),
@@ -49,7 +49,7 @@ METHODS: dict[type, Parts] = {
 
 @dataclass(frozen=True)
 class Composition:
-    """What a configuration's matcher is made of: stages, and an engine between them."""
+    """The parts of a configuration's matcher: stages, and an engine between them."""
     pixels: tuple[Stage, ...]
     columns: tuple[Stage, ...]
     engine: StreamingEngine | SequentialEngine

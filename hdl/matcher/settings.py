@@ -11,7 +11,7 @@ __all__ = ["held_settings", "setting_ports"]
 
 
 def setting_ports(config: MatcherConfig) -> dict[str, Member]:
-    """Members of a signature: each of :attr:`golden.config.MatcherConfig.settings` under its name, and ``apply_settings``: take them all.
+    """Members of a signature: each of :attr:`golden.config.MatcherConfig.settings` under its name, and ``apply_settings``.
 
     A stage of the refinement that is switched off keeps its latency.
     """
@@ -19,7 +19,7 @@ def setting_ports(config: MatcherConfig) -> dict[str, Member]:
 
 
 def held_settings(m: Module, component: wiring.Component, config: MatcherConfig) -> dict[str, Signal]:
-    """Registers that take the settings at ``component.apply_settings``, by name."""
+    """Registers that sample the settings at ``component.apply_settings``, by name."""
     held = {}
     for name, setting in config.settings.items():
         port = getattr(component, name)

@@ -1,4 +1,4 @@
-"""Minimum disparity: the right picture moved, so that label 0 meets its match."""
+"""Minimum disparity: the right picture shifted, so that the match of label 0 is at the same ``x``."""
 
 from typing import ClassVar
 
@@ -18,16 +18,14 @@ __all__ = ["RightShift"]
 
 
 class RightShift(Stage):
-    """Moves the right picture to the right by ``minimum`` pixels; the first pixel of a line is repeated.
+    """Shifts the right picture to the right by ``minimum`` pixels; the first pixel of a line is replicated.
 
     The golden model is :func:`golden.matcher.cost.delayed`. The left pixel and the flags are not changed.
 
-    The last pixels of the right picture are in a ring of memory, which the oldest leaves as a new one comes. Before as many pixels of a
-    line have come the first one is given, so nothing depends on what the memory held. This stands in front of the line store: a frame
-    may be ragged. A line begins after a word with ``last`` or ``end`` and at ``first``, whatever came before.
+    Frames may be ragged, as this stage is in front of the line store: a line begins after a word with ``last`` or ``end``, and at
+    ``first`` whatever precedes it.
 
-    Timing: latency :attr:`latency` cycles; a word a cycle; ``i.ready`` depends combinationally on ``o.ready``. The memory's word passes
-    through a register.
+    Timing: latency :attr:`latency` cycles; a word a cycle; ``i.ready`` depends combinationally on ``o.ready``.
 
     Memory: ``256 * 8`` bits.
 
@@ -60,25 +58,26 @@ class RightShift(Stage):
         advance = Signal()
         m.d.comb += [advance.eq(~self.o.valid | self.o.ready), self.i.ready.eq(advance)]
 
-        # Stage 1: the word, whether it begins a line, and the frame's minimum.
-        begins    = Signal()
-        s1_valid  = Signal()
-        s1_begins = Signal(reset_less=True)
-        s1        = Signal(PixelPair(), reset_less=True)
-        minimum   = Signal(minimums)
+        # Stage 1: the word, whether it is the first of a line, and the frame's minimum.
+        starts_line    = Signal()
+        s1_valid       = Signal()
+        s1_starts_line = Signal(reset_less=True)
+        s1             = Signal(PixelPair(), reset_less=True)
+        minimum        = Signal(minimums)
         with m.If(advance):
-            m.d.sync += [s1_valid.eq(self.i.valid), s1.eq(self.i.p), s1_begins.eq(begins | self.i.p.first)]
+            m.d.sync += [s1_valid.eq(self.i.valid), s1.eq(self.i.p), s1_starts_line.eq(starts_line | self.i.p.first)]
             with m.If(self.i.valid):
-                m.d.sync += begins.eq(self.i.p.last | self.i.p.end)
+                m.d.sync += starts_line.eq(self.i.p.last | self.i.p.end)
                 with m.If(self.i.p.first):
                     m.d.sync += minimum.eq(self.minimum)
 
-        # Stage 2: the ring. Without a shift the word itself counts as first: what is written can not be read at once.
+        # Stage 2: a ring of the line's latest pixels. Before `minimum` of them are in it, the first one is output, so that no stale word
+        # is. Without a shift the word itself counts as first: a word cannot be read in the cycle that writes it.
         m.submodules.ring = ring = Memory(shape=PIXEL_BITS, depth=len(minimums), init=[])
         read = ring.read_port()
         write = ring.write_port()
         place      = Signal(minimums)
-        remaining  = Signal(minimums, reset_less=True)  # pixels of this line that the first one still stands for
+        remaining  = Signal(minimums, reset_less=True)  # pixels of this line that still replicate the first one
         s2_valid   = Signal()
         s2         = Signal(PixelPair(), reset_less=True)
         s2_first   = Signal(PIXEL_BITS, reset_less=True)
@@ -89,13 +88,13 @@ class RightShift(Stage):
             read.addr.eq(place - minimum), read.en.eq(advance),
         ]
         with m.If(advance):
-            m.d.sync += [s2_valid.eq(s1_valid), s2.eq(s1), s2_repeats.eq(s1_begins | none | (remaining != 0))]
+            m.d.sync += [s2_valid.eq(s1_valid), s2.eq(s1), s2_repeats.eq(s1_starts_line | none | (remaining != 0))]
             with m.If(s1_valid):
-                m.d.sync += [place.eq(place + 1), remaining.eq(Mux(s1_begins, minimum, remaining - (remaining != 0)))]
-                with m.If(s1_begins | none):
+                m.d.sync += [place.eq(place + 1), remaining.eq(Mux(s1_starts_line, minimum, remaining - (remaining != 0)))]
+                with m.If(s1_starts_line | none):
                     m.d.sync += s2_first.eq(s1.right)
 
-        # Stage 3: the memory's word in a register.
+        # Stage 3: a register behind the memory, whose read is slow.
         s3_valid   = Signal()
         s3         = Signal(PixelPair(), reset_less=True)
         s3_first   = Signal(PIXEL_BITS, reset_less=True)

@@ -1,7 +1,6 @@
-"""The contracts of a matcher's parts: stages, arrays of costs, and what follows the selection of a label.
+"""The contracts of a matcher's parts: stages, arrays of costs, label outputs.
 
-A method is a tuple of such parts, see :mod:`hdl.matcher.methods`. Whoever composes them reads these attributes and asks nobody which
-method it is.
+A method is a tuple of such parts, see :mod:`hdl.matcher.methods`. They are composed by these attributes alone, whichever method it is.
 """
 
 from collections.abc import Mapping
@@ -56,18 +55,18 @@ class CostArray(wiring.Component):
     Members
     -------
     i : In(Issue(config, type(self)))
-        What :class:`hdl.matcher.streaming.waves.WaveSource` issues, in one word.
+        Output of :class:`hdl.matcher.streaming.waves.WaveSource`.
     queued : Out(Queued(config)), queued_valid : Out(1)
         A pixel that can be labelled, with the local disparity of the one below it, :meth:`latency_of` cycles after the issue of the pixel
         :meth:`lag_of` places behind.
     address : In(range(depth))
     cost : Out(ArrayLayout(data_bits, D))
-        Complements of data terms. Those stored ``n``-th are read at ``address`` ``n % depth``; label ``d`` shows its own ``d + 2``
+        Complements of data terms. Those stored ``n``-th are read at ``address`` ``n % depth``; that of label ``d`` is output ``d + 2``
         cycles after ``address``.
     take : In(1), size : Out(range(size_max + 1))
         With :meth:`size_max_of` above 0 only: pixels of the next support, a cycle after ``take``.
-    beside : Out(signature)
-        What the method's :class:`LabelOutput` reads; :meth:`beside_of`.
+    sideband : Out(signature)
+        Further data for the method's :class:`LabelOutput`; :meth:`sideband_of`.
     """
     #: Members driven by settings: those of the wave source.
     settings: ClassVar[tuple[str, ...]] = ()
@@ -103,26 +102,26 @@ class CostArray(wiring.Component):
         raise NotImplementedError
 
     @staticmethod
-    def beside_of(config: MatcherConfig) -> wiring.Signature:
-        """Signature of ``beside``."""
+    def sideband_of(config: MatcherConfig) -> wiring.Signature:
+        """Signature of ``sideband``."""
         return wiring.Signature({})
 
 
 class Selected(data.StructLayout):
-    """A label as it is selected: its pixel's column, the settings of its frame, and the flags."""
+    """A label selected, with its pixel's column, the settings of its frame, and the flags."""
     def __init__(self, config: MatcherConfig, settings: tuple[str, ...]):
         bits = {name: config.settings[name].bits for name in settings}
         super().__init__({"valid": 1, "x": range(config.max_width), "label": range(config.labels), **bits, **FLAGS})
 
 
 class LabelOutput(wiring.Component):
-    """Makes the streaming engine's output word of a selected label, at a fixed latency, without back-pressure.
+    """Turns a selected label into the streaming engine's output word, at a fixed latency, without back-pressure.
 
     Parameters
     ----------
     config : MatcherConfig
     costs : type of CostArray
-        Whose ``beside`` it reads.
+        Whose ``sideband`` it reads.
     in_flight : int
         Most pixels between a candidate's issue and its use here.
     array_latency, selection_latency : int
@@ -133,7 +132,7 @@ class LabelOutput(wiring.Component):
     i : In(Selected(config, settings))
     size : In(range(size_max + 1))
         Two cycles after admission; with supports only.
-    beside : In(costs.beside_of(config))
+    sideband : In(costs.sideband_of(config))
     o : Out(shape), o_valid : Out(1)
         :attr:`latency` cycles after ``i``.
     """

@@ -32,20 +32,21 @@ def line_names(rows: int) -> list[str]:
 class Column(data.StructLayout):
     """Pixels of neighbouring lines at the same ``x``, in grey levels: ``minus`` of line ``y-1``, ``line`` of ``y``, ``plus`` of ``y+1``.
 
-    More than three lines go on with ``minus2`` of ``y-2`` and ``plus2`` of ``y+2``; the topmost comes first.
+    With more than three lines also ``minus2`` of ``y-2``, ``plus2`` of ``y+2``, and so on; from top to bottom.
     """
     def __init__(self, rows: int = 3):
         super().__init__(dict.fromkeys(line_names(rows), PIXEL_BITS))
 
 
 class ColumnWord(data.StructLayout):
-    """The columns of both pictures at one ``x``; ``below``: a line below the picture, of which only what is above it is of the picture."""
+    """The columns of both pictures at one ``x``; ``below``: of a line below the picture, where only lines above are in the picture."""
     def __init__(self, rows: int = 3):
         super().__init__({"left": Column(rows), "right": Column(rows), "below": 1, **FLAGS})
 
 
 class CensusWord(data.StructLayout):
-    """A column of three lines, as :class:`ColumnWord`, and the census of both pictures at its middle pixel (not of a line below).
+    """A column of three lines, as :class:`ColumnWord`, and the census of both pictures at its middle pixel, which is undefined if
+    ``below``.
 
     ``above``, with vertical support only: the left pixel two lines above.
     """
@@ -56,7 +57,7 @@ class CensusWord(data.StructLayout):
 
 
 class BecWord(data.StructLayout):
-    """What BEC knows of a pixel: ``E(x, y, d)`` for all ``d``, ``b(x, y)``, its grey level and that of the pixel above it (left)."""
+    """Result of BEC for a pixel: ``E(x, y, d)`` for all ``d``, ``b(x, y)``, and the left grey levels of the pixel and of the one above."""
     def __init__(self, config: MatcherConfig):
         super().__init__({
             "cost": data.ArrayLayout(config.method.matching_cost.bits, config.labels),
@@ -68,7 +69,7 @@ class BecWord(data.StructLayout):
 
 
 class LabelWord(data.StructLayout):
-    """A label on its way through the refinement, whether it passed the check, and the bit length of the support's size ``n``.
+    """A label in the refinement, whether it passed the check, and the bit length ``size`` of its support's size.
 
     ``label`` is in units of ``1 / config.method.disparity_scale`` pixel.
     """
@@ -88,7 +89,7 @@ class DisparityWord(data.StructLayout):
 
 
 class Least(data.StructLayout):
-    """A least energy so far, and its label."""
+    """The least energy or cost of some labels, ``value``, and its label, ``index``."""
     def __init__(self, value: ShapeLike, labels: int):
         super().__init__({"value": value, "index": range(labels)})
 

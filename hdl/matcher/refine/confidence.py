@@ -14,7 +14,7 @@ __all__ = ["Confidence", "VoteColumn"]
 
 
 class VoteColumn(data.StructLayout):
-    """Labels of :data:`golden.matcher.confidence.WINDOW` lines at one ``x``, the topmost first, whether they passed, and the middle one's
+    """Labels of :data:`golden.matcher.confidence.WINDOW` lines at one ``x``, from top to bottom, whether they passed, the middle one's
     size."""
     def __init__(self, config: MatcherConfig):
         word = LabelWord(config)
@@ -24,24 +24,24 @@ class VoteColumn(data.StructLayout):
 class Confidence(wiring.Component):
     """Confidence ``(a + p + 2 * g) >> 2`` of a label within its window; the golden model is :func:`golden.matcher.confidence.confidence`.
 
-    Width: nothing is lost; ``25 + 25 + 2 * 6`` is the most, hence four bits.
+    Width: exact; ``25 + 25 + 2 * 6`` is the most, hence four bits.
 
-    Timing: a column a cycle while ``advance`` is high. A column completes the window of the pixel two columns before it: ``center`` is
-    that pixel in the same cycle, ``disparity`` is to be its label then, and ``o`` is its confidence :attr:`latency` cycles later.
-    Columns to the right of the picture are given by repetition; those to the left are made from the column that ``opens`` a line.
+    Timing: a column a cycle while ``advance`` is high. A column completes the window of the pixel two columns before it: in the same
+    cycle ``center`` is its label before the median and ``disparity`` must be its result; ``o`` is its confidence :attr:`latency` cycles
+    later. Edge replication: to the left by the column that ``opens`` a line; to the right the last column must be repeated at ``i``.
 
     Parameters
     ----------
     config : :class:`MatcherConfig`
-        Of the cost ``FUSED``.
+        With the method :class:`golden.config.Fused`.
 
     Members
     -------
     i : In(VoteColumn(config))
     advance : In(1)
-        A column comes.
+        ``i`` is valid.
     opens : In(1)
-        It is the first of its line.
+        ``i`` is the first column of its line.
     disparity : In(range(labels))
         In units of ``1 / disparity_scale`` pixel, as ``i``.
     center : Out(range(labels)), center_passed : Out(1)
@@ -70,7 +70,7 @@ class Confidence(wiring.Component):
         scale = self.config.method.disparity_scale
         reach = WINDOW // 2
 
-        # The window; its first column is the newest.
+        # The window, its newest column first.
         window = [Signal(VoteColumn(self.config), name=f"column_{n}", reset_less=True) for n in range(WINDOW)]
         m.d.comb += [self.center.eq(window[reach - 1].label[reach]), self.center_passed.eq(window[reach - 1].passed[reach])]
         with m.If(self.advance):
@@ -94,7 +94,7 @@ class Confidence(wiring.Component):
             agrees = difference <= 2 * scale
             m.d.sync += vote.eq(Cat(agrees & ~double, agrees & double))
 
-        # Their sum, and the size's; each level rounds up its number of terms, so that all take as long.
+        # Their sum with the size. A term without a partner passes through a register, so that all take as long.
         size = window[reach].size
         for n in range(2):
             later = Signal.like(size, name=f"size_{n}", reset_less=True)

@@ -1,4 +1,4 @@
-"""The fill: pixels that failed the check take a label from their line."""
+"""The fill: pixels that failed the check are given a label from their line."""
 
 from typing import ClassVar
 
@@ -18,41 +18,37 @@ __all__ = ["Fill"]
 
 
 class Passing(data.StructLayout):
-    """Label of a pixel that passed, or ``none``: the line ended with one that did not. Nine bits up to 256 labels: an M9K's width."""
+    """Label of a pixel that passed, or ``none``: the line has no more. Nine bits up to 256 labels: the width of a memory block."""
     def __init__(self, config: MatcherConfig):
         super().__init__({"label": LabelWord(config)["label"].shape, "none": 1})
 
 
 class Fill(Stage):
-    """Gives a pixel that failed the check the smaller of the nearest passing labels to its left and to its right on the line.
+    """Replaces the label of a pixel that failed the check by the smaller of the nearest passing ones to its left and right on the line.
 
-    The one that exists if only one does; on a line without any a pixel keeps its own. Only ``label`` changes. The golden model is
+    If only one exists, by that one; on a line without any, labels are kept. Only ``label`` changes. The golden model is
     :func:`golden.matcher.refine.fill`.
 
-    Lines wait in one queue until they are complete, the labels of their passing pixels in another, and of a last pixel that failed that
-    there is none: as a line leaves, the head of the second queue is the nearest passing label to the right.
+    Frames must be rectangular, closed by ``end`` and at most ``max_width`` wide; they may differ in size. A wider line is never output.
 
-    Frames are rectangular, closed by ``end`` and at most ``max_width`` wide; each may have a size of its own. A line that is wider never
-    leaves.
-
-    Timing: a pixel a cycle, and :attr:`line_clocks` more a line: none. A line leaves as soon as it is complete: if nothing waits, its
-    first pixel is offered :attr:`COMPLETE_CLOCKS` cycles after its last one was taken. A pixel whose line comes without a pause is
-    therefore offered :attr:`lines` line of ``W`` cycles and :attr:`latency` cycles after it was taken, whatever passed. ``i.ready``
-    comes from registers.
+    Timing: a pixel a cycle, and :attr:`line_clocks` more a line: none. A line is output once it is complete: if no earlier
+    line is queued, its first pixel is valid :attr:`COMPLETE_CLOCKS` cycles after its last one was accepted. A pixel whose line is sent
+    without a pause is valid :attr:`lines` line of ``W`` cycles and :attr:`latency` cycles after it was accepted, whichever pixels passed.
+    ``i.ready`` is registered.
 
     Memory: ``max_width + 1`` words of :class:`LabelWord` with the bit ``enable``, ``max_width + 3`` labels with a bit.
 
     Parameters
     ----------
     config : :class:`MatcherConfig`
-        Of the cost ``FUSED``.
+        With the method :class:`golden.config.Fused`.
 
     Members
     -------
     i : In(stream.Signature(LabelWord(config)))
     o : Out(stream.Signature(LabelWord(config)))
     enable : In(1)
-        Off: labels leave unchanged, as late. Sampled with the word marked ``first`` as it is taken.
+        Off: labels are unchanged, at the same latency. Sampled as the word marked ``first`` is accepted.
     """
     name = "fill"
     settings: ClassVar = {"enable": "fill"}
@@ -71,76 +67,77 @@ class Fill(Stage):
 
     @property
     def latency(self) -> int:
-        """Cycles beyond a line from a pixel to itself, if nothing waits."""
+        """Cycles beyond a line from a pixel to its result, if no earlier line is queued."""
         return self.COMPLETE_CLOCKS - 1
 
     def elaborate(self, platform: object) -> Module:
         m = Module()
-        # A line, and what comes of the next one while the first's end settles; one word of all that is in the register behind.
+        # A line, and the pixels of the next one accepted before the first is known to be complete; one word is in the register behind.
         depth = self.config.max_width + self.SETTLING - 1
         queued = data.StructLayout({"pixel": LabelWord(self.config), "enable": 1})
 
-        # Pixels.
+        # Two queues: pixels, and the labels of those that passed. As a line is output, the head of the second one is the nearest passing
+        # label to the right, or tells that there is none.
         m.submodules.pixels = pixels = Queue(queued, depth)
         m.submodules.pixel_head = pixel_head = StreamRegister(queued)
-        taken  = Signal()
-        enable = Signal(reset_less=True)
-        joined = Signal(queued)
+        accepted = Signal()
+        enable   = Signal(reset_less=True)
+        joined   = Signal(queued)
         m.d.comb += [
-            taken.eq(self.i.valid & self.i.ready), self.i.ready.eq(pixels.i.ready),
+            accepted.eq(self.i.valid & self.i.ready), self.i.ready.eq(pixels.i.ready),
             joined.pixel.eq(self.i.p), joined.enable.eq(Mux(self.i.p.first, self.enable, enable)),
             pixels.i.payload.eq(joined), pixels.i.valid.eq(self.i.valid),
         ]
         wiring.connect(m, pixels.o, pixel_head.i)
-        with m.If(taken):
+        with m.If(accepted):
             m.d.sync += enable.eq(joined.enable)
 
-        # Passing labels. There are never more than pixels, which are at most one more than their queue is deep: none need wait.
+        # Passing labels. There are never more than pixels, which are at most one more than their queue is deep: no back-pressure.
         m.submodules.passing = passing = Queue(Passing(self.config), depth + 2)
         m.submodules.passing_head = passing_head = StreamRegister(Passing(self.config))
         m.d.comb += [
             passing.i.p.label.eq(self.i.p.label), passing.i.p.none.eq(~self.i.p.passed),
-            passing.i.valid.eq(taken & (self.i.p.passed | self.i.p.last)),
+            passing.i.valid.eq(accepted & (self.i.p.passed | self.i.p.last)),
         ]
         wiring.connect(m, passing.o, passing_head.i)
 
-        # Complete lines. One counts when its words have reached the registers behind the queues: nothing else need be waited for.
+        # Complete lines. A line counts once its words have reached the registers behind the queues: no other condition is needed.
         lines     = Signal(range(depth + 2))
         more      = Signal.like(lines)
         complete  = Signal()
         ends      = Signal(self.SETTLING - 1)
         done      = Signal()
         m.d.comb += more.eq(lines + ends[-1] - done)
-        m.d.sync += [ends.eq(Cat(taken & self.i.p.last, ends)), lines.eq(more), complete.eq(more != 0)]
+        m.d.sync += [ends.eq(Cat(accepted & self.i.p.last, ends)), lines.eq(more), complete.eq(more != 0)]
 
-        # A pixel leaves between its neighbours.
+        # A pixel is output with the labels to its left and right.
         advance   = Signal()
-        leave     = Signal()
+        output    = Signal()
         pixel     = pixel_head.o.p.pixel
         right     = passing_head.o.p
         from_left = Signal()
         left      = Signal.like(pixel.label, reset_less=True)
-        own       = Signal()
+        keep      = Signal()
         m.d.comb += [
-            advance.eq(~self.o.valid | self.o.ready), leave.eq(complete & advance), done.eq(leave & pixel.last),
-            own.eq(pixel.passed | ~pixel_head.o.p.enable | (right.none & ~from_left)),
-            pixel_head.o.ready.eq(leave), passing_head.o.ready.eq(leave & (pixel.passed | pixel.last)),
+            advance.eq(~self.o.valid | self.o.ready), output.eq(complete & advance), done.eq(output & pixel.last),
+            keep.eq(pixel.passed | ~pixel_head.o.p.enable | (right.none & ~from_left)),
+            pixel_head.o.ready.eq(output), passing_head.o.ready.eq(output & (pixel.passed | pixel.last)),
         ]
-        with m.If(leave):
+        with m.If(output):
             m.d.sync += from_left.eq(~pixel.last & (from_left | pixel.passed))
             with m.If(pixel.passed):
                 m.d.sync += left.eq(pixel.label)
 
-        # The smaller of two: one alone, or its own, is compared with itself.
+        # The smaller of two: where there is one label only, it is compared with itself.
         is_between = Signal()
         between    = Signal(LabelWord(self.config), reset_less=True)
         other      = Signal.like(pixel.label, reset_less=True)
         payload    = data_register(m, self.o.payload)
         with m.If(advance):
             m.d.sync += [
-                is_between.eq(leave), between.eq(pixel), self.o.valid.eq(is_between), payload.eq(between),
-                between.label.eq(Mux(own, pixel.label, Mux(from_left, left, right.label))),
-                other.eq(Mux(own, pixel.label, Mux(right.none, left, right.label))),
+                is_between.eq(output), between.eq(pixel), self.o.valid.eq(is_between), payload.eq(between),
+                between.label.eq(Mux(keep, pixel.label, Mux(from_left, left, right.label))),
+                other.eq(Mux(keep, pixel.label, Mux(right.none, left, right.label))),
                 payload.label.eq(Mux(other < between.label, other, between.label)),
             ]
         return m

@@ -1,4 +1,4 @@
-"""The median of the labels, and what leaves the refinement: disparities with their confidence."""
+"""The last stage of the refinement: median of the labels, disparities with their confidence."""
 
 from typing import ClassVar
 
@@ -26,8 +26,7 @@ class MedianColumns(wiring.Component):
     """Median of the window of ``median_size`` columns and lines around the pixel two columns before the latest one.
 
     Golden: :func:`golden.matcher.refine.median`. Each column is sorted once, each pair of neighbours merged once: a window of five is a
-    pair, the
-    pair before the one before it and the newest column; a window of three is a pair and the newest column but one.
+    pair, the pair two columns before it and the newest column; a window of three is a pair and the newest column but one.
 
     Timing: a column a cycle at most; :attr:`latency` cycles.
 
@@ -40,9 +39,9 @@ class MedianColumns(wiring.Component):
     i : In(data.ArrayLayout(labels, 5))
         Topmost line first.
     valid : In(1)
-        A column comes.
+        ``i`` is valid.
     opens : In(1)
-        It is the first of its line, and stands for those to the left of the picture too.
+        ``i`` is the first column of its line, replicated to the left of the picture.
     o : Out(labels), done : Out(1)
     """
     def __init__(self, config: MatcherConfig):
@@ -94,10 +93,10 @@ class MedianColumns(wiring.Component):
             m.d.sync += [newer.eq(self.sort.o), older.eq(Mux(opens[now], self.sort.o, newer))]
         m.d.comb += self.pair.i.eq(Cat(older, newer))
 
-        # Pairs as they come, and those before them; before a line's first there is only itself.
+        # The latest pair and those before it; before a line's first pair that one is replicated.
         paired = now + 1 + self.pair.latency
         before = [Signal(self.pair.o.shape(), name=f"pair_before_{n}", reset_less=True) for n in (1, 2, 3)]
-        first  = Signal(reset_less=True)  # the one before is its line's first
+        first  = Signal(reset_less=True)  # the pair before is its line's first
         with m.If(valid[paired]):
             m.d.sync += [
                 first.eq(opens[paired]), before[0].eq(self.pair.o), before[1].eq(before[0]),
@@ -109,7 +108,7 @@ class MedianColumns(wiring.Component):
             m.d.comb += pairs.i.eq(Cat(before[0], before[2]))
             candidates, alone = pairs.o, self.sort.o
 
-        # The column that the pairs leave out comes last.
+        # The column that is in no pair is merged last.
         m.submodules.alone = alone_delay = Delay(column, self.latency - self.select.latency - now)
         m.d.comb += [
             alone_delay.i.eq(alone), self.select.i.eq(Cat(candidates, alone_delay.o)), self.o.eq(self.select.o[0]),
@@ -118,24 +117,23 @@ class MedianColumns(wiring.Component):
 
 
 def contenders(order: list[int], side: int) -> list[int]:
-    """Of wires sorted from the least value to the greatest, those that may be the median when all the window's other values come."""
+    """Of wires sorted from the least value to the greatest, those that may be the median of the window once its other values are merged."""
     middle = side * side // 2
     later = side * side - len(order)
     return order[max(middle - later, 0):middle + 1]
 
 
 class Median(Stage):
-    """Median of labels, and with it disparity and confidence of a pixel: what leaves the refinement.
+    """Median of labels, with which a pixel's disparity and confidence follow: the end of the refinement.
 
     Golden: :func:`golden.matcher.refine.median`, then ``disparity = label + minimum * config.method.disparity_scale``, and
-    :func:`golden.matcher.confidence.confidence` of the label among those that came.
+    :func:`golden.matcher.confidence.confidence` of the label among those before the median.
 
-    Frames are rectangular, closed by ``end`` and at most ``max_width`` wide; each may have a size of its own.
+    Frames must be rectangular, closed by ``end`` and at most ``max_width`` wide; they may differ in size.
 
-    Timing: a pixel a cycle, :attr:`line_clocks` cycles more a line, :attr:`frame_lines` lines more a frame: during them nothing is taken,
-    for the last lines leave without waiting for the next frame. If nothing waits, a pixel is offered :attr:`lines` lines of
-    ``W + line_clocks`` cycles and :attr:`latency` cycles after it was taken. The pipeline never stops: a column enters only while the
-    output queue has room for all that are on their way. ``i.ready`` comes from registers, ``o`` leaves one.
+    Timing: a pixel a cycle, :attr:`line_clocks` cycles more a line, :attr:`frame_lines` lines more a frame, in which no pixel is
+    accepted: the last lines are output without waiting for the next frame. If ``o`` does not stall, a pixel is valid :attr:`lines` lines
+    of ``W + line_clocks`` cycles and :attr:`latency` cycles after it was accepted. ``i.ready`` and ``o`` are registered.
 
     Memory: that of :class:`LabelColumns`; a column, a sorted column and a result for the time that networks and votes take; an output
     queue of :attr:`latency` words.
@@ -143,16 +141,16 @@ class Median(Stage):
     Parameters
     ----------
     config : :class:`MatcherConfig`
-        Of the cost ``FUSED``.
+        With the method :class:`golden.config.Fused`.
 
     Members
     -------
     i : In(stream.Signature(LabelWord(config)))
     o : Out(stream.Signature(DisparityWord(config)))
     enable : In(1)
-        Off: labels leave unchanged, as late.
+        Off: labels are unchanged, at the same latency.
     minimum : In(8)
-        Disparity of the label 0, pixels. Both are sampled with the word marked ``first`` as it is taken.
+        Disparity of the label 0, pixels. Both are sampled as the word marked ``first`` is accepted.
     """
     name = "median"
     settings: ClassVar = {"enable": "median", "minimum": "minimum"}
@@ -178,7 +176,7 @@ class Median(Stage):
 
     @property
     def latency(self) -> int:
-        """Cycles beyond :attr:`lines` lines from a pixel to its disparity, if nothing waits."""
+        """Cycles beyond :attr:`lines` lines from a pixel to its disparity, if ``o`` does not stall."""
         return REACH + self.pipeline + 2 + StreamRegister.LATENCY
 
     def elaborate(self, platform: object) -> Module:
@@ -192,17 +190,17 @@ class Median(Stage):
             median.i.eq(columns.o.column.label), median.valid.eq(columns.valid), median.opens.eq(columns.o.opens),
         ]
 
-        # The column meets its median.
-        m.submodules.aside = aside = Delay(SlotWord(config), median.latency)
-        slot  = aside.o
+        # The column in step with its median.
+        m.submodules.aside = slot_delay = Delay(SlotWord(config), median.latency)
+        slot  = slot_delay.o
         label = Mux(slot.enable, median.o, confidence.center)
         m.d.comb += [
-            aside.i.eq(columns.o),
+            slot_delay.i.eq(columns.o),
             confidence.i.eq(slot.column), confidence.advance.eq(median.done), confidence.opens.eq(slot.opens),
             confidence.disparity.eq(label),
         ]
 
-        # The disparity meets its confidence.
+        # The disparity in step with its confidence.
         word  = Signal(DisparityWord(config), reset_less=True)
         shown = Signal(confidence.latency)
         m.d.sync += [
@@ -212,19 +210,20 @@ class Median(Stage):
         m.submodules.result = result = Delay(DisparityWord(config), confidence.latency - 1)
         m.d.comb += result.i.eq(word)
 
-        # Room is decided a cycle ahead: two columns may have been started since.
+        # The pipeline never stalls: a column is issued only while the output queue has room for all in flight. This is decided a cycle
+        # ahead, hence the margin of two columns.
         depth  = self.pipeline + 4
-        unread = Signal(range(depth + 1))  # started, not yet taken from the queue
-        sure   = Signal(DisparityWord(config))
+        unread = Signal(range(depth + 1))  # issued, not yet read from the queue
+        final  = Signal(DisparityWord(config))
         m.submodules.output = output = Queue(DisparityWord(config), depth)
         m.submodules.register = register = StreamRegister(DisparityWord(config))
         wiring.connect(m, output.o, register.i)
         wiring.connect(m, register.o, wiring.flipped(self.o))
         m.d.sync += [
-            unread.eq(unread + columns.coming - (output.o.valid & output.o.ready)), columns.go.eq(unread < depth - 1),
+            unread.eq(unread + columns.issued - (output.o.valid & output.o.ready)), columns.go.eq(unread < depth - 1),
         ]
         m.d.comb += [
-            sure.eq(result.o), sure.confidence.eq(confidence.o),
-            output.i.payload.eq(sure), output.i.valid.eq(shown[-1]),
+            final.eq(result.o), final.confidence.eq(confidence.o),
+            output.i.payload.eq(final), output.i.valid.eq(shown[-1]),
         ]
         return m

@@ -1,4 +1,4 @@
-"""Columns of labels for the windows of the refinement: line memories, and the control that repeats the picture's edges."""
+"""Columns of labels for the windows of the refinement: line memories, and the control of edge replication."""
 
 from amaranth import *
 from amaranth.hdl import Mux
@@ -21,7 +21,7 @@ REACH = WINDOW // 2
 
 
 class SlotWord(data.StructLayout):
-    """A column of labels and what concerns the pixel two columns before it, whose window it completes if ``shown``: its frame flags.
+    """A column of labels, with the frame flags of the pixel two columns before it, whose window it completes if ``shown``.
 
     ``opens``: first column of its line. ``enable`` and ``minimum`` are those of the frame.
     """
@@ -30,13 +30,13 @@ class SlotWord(data.StructLayout):
 
 
 class LabelColumns(wiring.Component):
-    """Turns lines of labels into columns of five lines for the windows of the line two above; lines outside the picture repeat.
+    """Turns lines of labels into columns of five lines for windows around the line two above, with edge replication.
 
-    Two columns follow each line, which repeat its last, and two lines each frame, which repeat its last; none waits for what comes next.
-    The first line fills all four line memories. :func:`golden.matcher.refine.median` pads its labels so.
+    The last column of a line is repeated twice, and so is the last line of a frame, without waiting for the next word. Golden: the
+    padding of :func:`golden.matcher.refine.median`.
 
-    Timing: ``W + 2`` columns a line, ``H + 2`` lines a frame, one a cycle while ``go`` and labels come; a column :attr:`LATENCY` cycles
-    after its label was taken.
+    Timing: ``W + 2`` columns a line, ``H + 2`` lines a frame, one a cycle while ``go`` and ``i.valid``; a column :attr:`LATENCY`
+    cycles after its label was accepted.
 
     Memory: ``max_width`` words of four labels, four bits and two sizes.
 
@@ -48,10 +48,11 @@ class LabelColumns(wiring.Component):
     -------
     i : In(stream.Signature(LabelWord(config)))
     enable : In(1), minimum : In(8)
-        Sampled with the word marked ``first`` as it is taken.
+        Sampled as the word marked ``first`` is accepted.
     go : In(1)
-    coming : Out(1)
-        A column that is ``shown`` has been started: it is sure to come.
+        A column may be issued.
+    issued : Out(1)
+        A column that is ``shown`` is issued; :attr:`LATENCY` cycles later it is output.
     o : Out(SlotWord(config)), valid : Out(1)
     """
     LATENCY = 3
@@ -63,7 +64,7 @@ class LabelColumns(wiring.Component):
             "enable": In(1),
             "minimum": In(MINIMUM_BITS),
             "go": In(1),
-            "coming": Out(1),
+            "issued": Out(1),
             "o": Out(SlotWord(config)),
             "valid": Out(1),
         })
@@ -73,42 +74,42 @@ class LabelColumns(wiring.Component):
         config = self.config
         label, size = self.i.p.label, self.i.p.size
 
-        # What is started in this cycle.
+        # The column issued in this cycle.
         x       = Signal(range(config.max_width))
         width   = Signal.like(x)              # of this frame, less one
-        columns = Signal(range(REACH + 1))    # of this line before this one, and
-        lines   = Signal(range(REACH + 1))    # lines of this frame before this one; both stop at two
-        past    = Signal(range(REACH + 2))    # as a line closes: 0, but 1 for the picture's last, then 2, 3
-        fresh   = Signal()                    # no pixel of this frame has been shown
-        again   = Signal(range(REACH))        # number of the column that repeats the line's last; of two it wraps
-        start   = Signal()
+        columns = Signal(range(REACH + 1))    # of this line before this one; saturates
+        lines   = Signal(range(REACH + 1))    # of this frame before this one; saturates
+        past    = Signal(range(REACH + 2))    # at the end of a line: 0 within the picture, 1 at its last line, then 2, 3
+        first   = Signal()                    # no column of this frame has been shown
+        again   = Signal(range(REACH))        # number of the column that replicates the line's last; wraps
+        issue   = Signal()
         below   = Signal()
         repeats = Signal()
-        closes  = Signal()                    # the line
+        closes  = Signal()                    # the line ends
         shown   = Signal()
         enable  = Signal(reset_less=True)
         minimum = Signal(MINIMUM_BITS, reset_less=True)
-        ends    = past == REACH + 1           # with that line the frame ends
+        ends    = past == REACH + 1           # the frame ends with this line
         with m.FSM():
             with m.State("line"):
-                m.d.comb += [self.i.ready.eq(self.go), start.eq(self.go & self.i.valid)]
-                with m.If(start):
+                m.d.comb += [self.i.ready.eq(self.go), issue.eq(self.go & self.i.valid)]
+                with m.If(issue):
                     m.d.sync += x.eq(x + 1)
                     with m.If(self.i.p.first):
-                        m.d.sync += [enable.eq(self.enable), minimum.eq(self.minimum), fresh.eq(1)]
+                        m.d.sync += [enable.eq(self.enable), minimum.eq(self.minimum), first.eq(1)]
                     with m.If(self.i.p.last):
                         m.d.sync += [width.eq(x), x.eq(0), past.eq(self.i.p.end)]
                         m.next = "repeats"
             with m.State("line below"):
-                m.d.comb += [start.eq(self.go), below.eq(1)]
-                with m.If(start):
+                m.d.comb += [issue.eq(self.go), below.eq(1)]
+                with m.If(issue):
                     m.d.sync += x.eq(x + 1)
                     with m.If(x == width):
                         m.d.sync += x.eq(0)
                         m.next = "repeats"
             with m.State("repeats"):
-                m.d.comb += [start.eq(self.go), repeats.eq(1), closes.eq(again == REACH - 1)]
-                with m.If(start):
+                m.d.comb += [issue.eq(self.go), repeats.eq(1), closes.eq(again == REACH - 1)]
+                with m.If(issue):
                     m.d.sync += again.eq(again + 1)
                     with m.If(closes):
                         with m.If((past == 0) | ends):
@@ -116,16 +117,16 @@ class LabelColumns(wiring.Component):
                         with m.Else():
                             m.d.sync += past.eq(past + 1)
                             m.next = "line below"
-        m.d.comb += [shown.eq((columns == REACH) & (lines == REACH)), self.coming.eq(start & shown)]
-        with m.If(start):
+        m.d.comb += [shown.eq((columns == REACH) & (lines == REACH)), self.issued.eq(issue & shown)]
+        with m.If(issue):
             with m.If(shown):
-                m.d.sync += fresh.eq(0)
+                m.d.sync += first.eq(0)
             with m.If(closes):
                 m.d.sync += [columns.eq(0), lines.eq(Mux(ends, 0, Mux(lines == REACH, REACH, lines + 1)))]
             with m.Elif(columns != REACH):
                 m.d.sync += columns.eq(columns + 1)
 
-        # The memory gives the lines above the one that comes; below the picture that repeats the last.
+        # The memory holds the lines above the newest; below the picture its last line is replicated.
         stored = data.StructLayout({"label": data.ArrayLayout(label.shape(), WINDOW - 1), "passed": WINDOW - 1,
                                     "size": data.ArrayLayout(size.shape(), REACH)})
         m.submodules.memory = memory = Memory(shape=stored, depth=config.max_width, init=[])
@@ -133,35 +134,35 @@ class LabelColumns(wiring.Component):
         write = memory.write_port()
         m.d.comb += read.addr.eq(x)
 
-        started   = Signal()
+        s1_valid  = Signal()
         new       = Signal()
         new_x     = Signal.like(x, reset_less=True)
         new_pixel = Signal(LabelWord(config), reset_less=True)
         new_top   = Signal(reset_less=True)
         new_below = Signal(reset_less=True)
-        given     = Signal(SlotWord(config), reset_less=True)
+        new_slot  = Signal(SlotWord(config), reset_less=True)
         m.d.sync += [
-            started.eq(start), new.eq(start & ~repeats), new_x.eq(x), new_pixel.eq(self.i.p), new_top.eq(lines == 0), new_below.eq(below),
-            given.opens.eq(columns == 0), given.shown.eq(shown), given.first.eq(fresh), given.last.eq(closes), given.end.eq(closes & ends),
+            s1_valid.eq(issue), new.eq(issue & ~repeats), new_x.eq(x), new_pixel.eq(self.i.p), new_top.eq(lines == 0), new_below.eq(below),
+            new_slot.opens.eq(columns == 0), new_slot.shown.eq(shown), new_slot.first.eq(first), new_slot.last.eq(closes),
+            new_slot.end.eq(closes & ends),
         ]
-
 
         # A register behind the memory. The column is written back, a line higher, two cycles after it was read: another cycle later, a
         # line of one pixel reads it again.
-        above = Signal(stored, reset_less=True)
-        came  = Signal()
-        keep  = Signal()
-        x_now = Signal.like(x, reset_less=True)
-        pixel = Signal(LabelWord(config), reset_less=True)
-        top   = Signal(reset_less=True)
-        under = Signal(reset_less=True)
-        what  = Signal(SlotWord(config), reset_less=True)
+        above    = Signal(stored, reset_less=True)
+        s2_valid = Signal()
+        keep     = Signal()
+        x_now    = Signal.like(x, reset_less=True)
+        pixel    = Signal(LabelWord(config), reset_less=True)
+        top      = Signal(reset_less=True)
+        is_below = Signal(reset_less=True)
+        slot     = Signal(SlotWord(config), reset_less=True)
         m.d.sync += [
-            above.eq(read.data), came.eq(started), keep.eq(new), x_now.eq(new_x), pixel.eq(new_pixel), top.eq(new_top), under.eq(new_below),
-            what.eq(given), what.enable.eq(enable), what.minimum.eq(minimum),
+            above.eq(read.data), s2_valid.eq(s1_valid), keep.eq(new), x_now.eq(new_x), pixel.eq(new_pixel), top.eq(new_top),
+            is_below.eq(new_below), slot.eq(new_slot), slot.enable.eq(enable), slot.minimum.eq(minimum),
         ]
-        newest_label  = Mux(under, above.label[-1], pixel.label)
-        newest_passed = Mux(under, above.passed[-1], pixel.passed)
+        newest_label  = Mux(is_below, above.label[-1], pixel.label)
+        newest_passed = Mux(is_below, above.passed[-1], pixel.passed)
         now = Signal(VoteColumn(config))
         m.d.comb += [
             *(line.eq(Mux(top, newest_label, old)) for line, old in zip(now.label, above.label)), now.label[-1].eq(newest_label),
@@ -171,7 +172,7 @@ class LabelColumns(wiring.Component):
             *(line.eq(lower) for line, lower in zip(write.data.label, now.label[1:])),
         ]
 
-        # One that repeats stays; only what it is for changes.
+        # A column that replicates the one before changes its flags only.
         word = data_register(m, self.o)
-        m.d.sync += [self.valid.eq(came), word.eq(what), word.column.eq(Mux(keep, now, word.column))]
+        m.d.sync += [self.valid.eq(s2_valid), word.eq(slot), word.column.eq(Mux(keep, now, word.column))]
         return m

@@ -200,7 +200,7 @@ class BecArray(CostArray):
             "queued_valid": Out(1),
             "address": In(range(depth)),
             "cost": Out(data.ArrayLayout(config.data_bits, config.labels)),
-            "beside": Out(self.beside_of(config)),
+            "sideband": Out(self.sideband_of(config)),
         })
 
     def elaborate(self, platform: object) -> Module:

@@ -278,7 +278,7 @@ class StreamingEngine(wiring.Component):
 
         # Output.
         m.submodules.label_output = label_output
-        wiring.connect(m, costs.beside, label_output.beside)
+        wiring.connect(m, costs.sideband, label_output.sideband)
         known = {name: done_turn[name] for name in turn.members} | {"valid": done, "label": disparity}
         m.d.comb += [label_output.i[name].eq(value) for name, value in known.items()]
         if self.size_max:

@@ -255,7 +255,7 @@ class FusedArray(CostArray):
 
     Members
     -------
-    As of :class:`hdl.matcher.stage.CostArray`, and in ``beside``:
+    As of :class:`hdl.matcher.stage.CostArray`, and in ``sideband``:
 
     right : Out(range(D)), right_valid : Out(1)
         Labels of the right picture, in the order of its pixels.
@@ -291,7 +291,7 @@ class FusedArray(CostArray):
         return FusedGroup.cost_latency(config) + 1 + FusedGroup.TOTAL + TREE + len(groups_of(config))
 
     @staticmethod
-    def beside_of(config: MatcherConfig) -> wiring.Signature:
+    def sideband_of(config: MatcherConfig) -> wiring.Signature:
         return wiring.Signature({
             "right": Out(range(config.labels)), "right_valid": Out(1), "cost": Out(data.ArrayLayout(config.data_bits, config.labels)),
         })
@@ -307,7 +307,7 @@ class FusedArray(CostArray):
             "cost": Out(data.ArrayLayout(config.data_bits, config.labels)),
             "take": In(1),
             "size": Out(range(self.size_max_of(config) + 1)),
-            "beside": Out(self.beside_of(config)),
+            "sideband": Out(self.sideband_of(config)),
         })
 
     def elaborate(self, platform: object) -> Module:
@@ -323,7 +323,7 @@ class FusedArray(CostArray):
         m.submodules.store_delay = store_delay = Delay(1, FusedGroup.TOTAL, clean=True)
         m.d.comb += [
             store_delay.i.eq(slot.in_picture), memory.write.eq(store_delay.o), memory.address.eq(self.address),
-            self.cost.eq(memory.o), self.beside.cost.eq(memory.o),
+            self.cost.eq(memory.o), self.sideband.cost.eq(memory.o),
         ]
 
         vertical = None
@@ -349,7 +349,7 @@ class FusedArray(CostArray):
         # The top label's pixel is complete as the next one moves up: `right` is what it had then.
         completed = Signal()
         m.d.sync += completed.eq(group.sums_i.completion.complete)
-        m.d.comb += [self.beside.right.eq(right.least.index), self.beside.right_valid.eq(completed & right.in_picture)]
+        m.d.comb += [self.sideband.right.eq(right.least.index), self.sideband.right_valid.eq(completed & right.in_picture)]
 
         waiting = data.StructLayout({"pixel": Pixel(), "valid": 1})
         m.submodules.beside = pixel_delay = Delay(waiting, FusedGroup.TOTAL + TREE + len(groups_of(config)), clean=True)

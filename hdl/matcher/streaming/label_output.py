@@ -27,7 +27,7 @@ class PlainLabel(LabelOutput):
     """
     def __init__(self, config: MatcherConfig, costs: type[CostArray], *, in_flight: int, array_latency: int, selection_latency: int):
         super().__init__({
-            "i": In(Selected(config, self.settings)), "beside": In(costs.beside_of(config)),
+            "i": In(Selected(config, self.settings)), "sideband": In(costs.sideband_of(config)),
             "o": Out(DisparityWord(config)), "o_valid": Out(1),
         })
 
@@ -57,7 +57,7 @@ class CheckedLabel(LabelOutput):
         self.check = LeftRightCheck(config, in_flight)
         self.sub_pixel = SubPixel(config, array_latency + 1) if config.method_as(Fused).refinement.sub_pixel else None
         super().__init__({
-            "i": In(Selected(config, self.settings)), "beside": In(costs.beside_of(config)),
+            "i": In(Selected(config, self.settings)), "sideband": In(costs.sideband_of(config)),
             "size": In(range(costs.size_max_of(config) + 1)),
             "o": Out(LabelWord(config)), "o_valid": Out(1),
         })
@@ -67,7 +67,7 @@ class CheckedLabel(LabelOutput):
         config, check = self.config, self.check
         m.submodules.check = check
         m.d.comb += [
-            check.right.eq(self.beside.right), check.right_valid.eq(self.beside.right_valid),
+            check.right.eq(self.sideband.right), check.right_valid.eq(self.sideband.right_valid),
             check.x.eq(self.i.x), check.label.eq(self.i.label), check.valid.eq(self.i.valid),
             check.minimum.eq(self.i.minimum), check.enable.eq(self.i.check),
         ]
@@ -81,7 +81,7 @@ class CheckedLabel(LabelOutput):
             m.submodules.sub_pixel = sub_pixel = self.sub_pixel
             m.submodules.fraction = fraction = Delay(Value.cast(sub_pixel.fraction).shape(), check.LATENCY - 1)
             m.d.comb += [
-                sub_pixel.sums.eq(self.beside.cost), sub_pixel.label.eq(self.i.label), fraction.i.eq(sub_pixel.fraction),
+                sub_pixel.sums.eq(self.sideband.cost), sub_pixel.label.eq(self.i.label), fraction.i.eq(sub_pixel.fraction),
                 self.o.label.eq(checked.o.label * config.method.disparity_scale + Mux(check.passed, fraction.o, 0)),
             ]
         else:

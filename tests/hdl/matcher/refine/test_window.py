@@ -29,7 +29,7 @@ def slots(labels, passed, n, enable, minimum):
 @pytest.mark.parametrize("stall", [0.0, 0.4])
 @pytest.mark.parametrize("max_width", [1, 6])
 def test_columns(max_width, stall):
-    """Frames of all sizes in a row; every column that belongs to a pixel's window, and ``coming`` once a pixel."""
+    """Frames of all sizes in a row; every column that belongs to a pixel's window, and ``issued`` once a pixel."""
     rng = np.random.default_rng(1)
     dut = LabelColumns(config_of(max_width))
     sizes = [(width, height) for height in (3, 1, 2, 4, 5) for width in (1, 6, 2) if width <= max_width]
@@ -38,7 +38,7 @@ def test_columns(max_width, stall):
         part = rng.integers(0, 80, (height, width)), rng.random((height, width)) < 0.5, rng.integers(1, 34, (height, width))
         frames.append((*part, int(rng.integers(2)), int(rng.integers(256))))
     expected = [slot for frame in frames for slot in slots(*frame)]
-    given, coming, gone = [], [], []
+    given, issued, allowed = [], [], []
 
     async def source(ctx):
         for *part, enable, minimum in frames:
@@ -50,12 +50,12 @@ def test_columns(max_width, stall):
         lines = 0
         cycles = sum((width + 2) * (height + 2) for width, height in sizes) * (5 if stall else 1) + dut.LATENCY
         for _ in range(cycles):
-            gone.append(rng.random() >= stall)
-            ctx.set(dut.go, gone[-1])
-            _, _, valid, word, started = await ctx.tick().sample(dut.valid, dut.o, dut.coming)
-            coming.append(started)
+            allowed.append(rng.random() >= stall)
+            ctx.set(dut.go, allowed[-1])
+            _, _, valid, word, started = await ctx.tick().sample(dut.valid, dut.o, dut.issued)
+            issued.append(started)
             if valid:
-                assert gone[-1 - dut.LATENCY]
+                assert allowed[-1 - dut.LATENCY]
                 word = comparable(word)
                 lines += word["opens"]
                 # A frame's first two lines show nothing: what concerns their pixels is not known.
@@ -74,4 +74,4 @@ def test_columns(max_width, stall):
             for name in ("first", "last", "end"):
                 word[name] = right[name]
         assert word == right
-    assert sum(coming) == sum(width * height for width, height in sizes)
+    assert sum(issued) == sum(width * height for width, height in sizes)

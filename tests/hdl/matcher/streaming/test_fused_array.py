@@ -45,7 +45,7 @@ class Rig(wiring.Component):
             source.go.eq(self.go), source.in_use.eq(self.in_use), source.minimum.eq(self.minimum),
             array.i.eq(source.o),
             self.queued.eq(array.queued), self.queued_valid.eq(array.queued_valid),
-            self.right.eq(array.beside.right), self.right_valid.eq(array.beside.right_valid),
+            self.right.eq(array.sideband.right), self.right_valid.eq(array.sideband.right_valid),
             array.address.eq(self.address), self.cost.eq(array.cost), array.take.eq(self.take), self.size.eq(array.size),
         ]
         return m

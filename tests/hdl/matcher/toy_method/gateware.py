@@ -49,7 +49,7 @@ class ToyArray(CostArray):
         self.depth = depth
         super().__init__({
             "i": In(Issue(config, ToyArray)), "queued": Out(Queued(config)), "queued_valid": Out(1), "address": In(range(depth)),
-            "cost": Out(data.ArrayLayout(config.data_bits, config.labels)), "beside": Out(self.beside_of(config)),
+            "cost": Out(data.ArrayLayout(config.data_bits, config.labels)), "sideband": Out(self.sideband_of(config)),
         })
 
     def elaborate(self, platform):
