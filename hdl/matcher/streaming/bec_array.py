@@ -1,7 +1,7 @@
 """BEC at one pixel a cycle: an array of cells, one a label.
 
-A group of labels works one cycle after the group below it, so nothing is broadcast: all that a cell needs comes from its neighbour's
-registers or from a memory with an address of its own. The cells never stop; which waves are real is told beside them.
+A group of labels works one cycle after the group below it, so nothing is broadcast: all inputs of a cell are registers of its neighbour or
+the group's memory. The cells never stall; flags that travel with the waves tell which are valid.
 """
 
 from amaranth import *
@@ -25,23 +25,23 @@ class BecCell(wiring.Component):
     """Matching cost (2-12) of one label, ``LINEAR`` arithmetic.
 
     Nothing is halved, so the five differences come from ``e = left(x) - right(x - d)`` of three lines: ``|2e|``, ``|e + e_above|``,
-    ``|e + e_below|``, ``|e + e(x-1)|`` and, when the next column comes, ``|e + e(x+1)|``. The golden model is
+    ``|e + e_below|``, ``|e + e(x-1)|`` and, with the next column, ``|e + e(x+1)|``. The golden model is
     :func:`golden.matcher.cost.matching_cost`.
 
-    ``cost`` is the one's complement of ``E``: outside the picture it is 0, the greatest cost, which a synchronous clear gives for nothing.
+    ``cost`` is the one's complement of ``E``: outside the picture it is 0, the greatest cost, by a synchronous clear.
 
     Width: exact. ``|v|`` is ``(v ^ sign) + sign``; the signs enter the sums as carries.
 
-    Timing: :attr:`LATENCY` cycles after column ``x`` the cell shows the cost of ``x - 1``.
+    Timing: ``cost`` is that of ``x - 1`` :attr:`LATENCY` cycles after column ``x``.
 
     Members
     -------
     left, right : In(Column())
         At ``x`` and at ``x - d``.
     inside : In(1)
-        The right column is one, and the label is in use.
+        The right column is inside the picture, and the label is in use.
     valid1, valid4 : In(1)
-        Whether there was a column one and four cycles ago.
+        Whether ``left`` was valid one and four cycles ago.
     inside_later : Out(1)
         ``inside``, :attr:`INSIDE_LATER` cycles later.
     cost : Out(cost_bits)
@@ -75,27 +75,27 @@ class BecCell(wiring.Component):
             difference[part] = Signal(signed(PIXEL_BITS + 1), name=f"difference_{part}", reset_less=True)
             m.d.sync += difference[part].eq(self.left[part] - self.right[part])
 
-        # Stage 2: sums of neighbours. `own` holds e of the latest real column: of x - 1 for this stage, of x for the next.
-        own     = Signal(signed(PIXEL_BITS + 1), reset_less=True)
+        # Stage 2: sums of neighbours. `centre` holds e of the latest valid column: of x - 1 for this stage, of x for the next.
+        centre     = Signal(signed(PIXEL_BITS + 1), reset_less=True)
         above   = Signal(signed(PIXEL_BITS + 2), reset_less=True)
         below   = Signal(signed(PIXEL_BITS + 2), reset_less=True)
-        beside  = Signal(signed(PIXEL_BITS + 2), reset_less=True)
+        across  = Signal(signed(PIXEL_BITS + 2), reset_less=True)
         with m.If(self.valid1):
-            m.d.sync += own.eq(difference["line"])
+            m.d.sync += centre.eq(difference["line"])
         m.d.sync += [
             above.eq(difference["line"] + difference["minus"]),
             below.eq(difference["line"] + difference["plus"]),
-            beside.eq(difference["line"] + own),
+            across.eq(difference["line"] + centre),
         ]
 
         # Stage 3: signs out.
         sign, size = {}, {}
-        for name, value in (("own", own), ("above", above), ("below", below), ("beside", beside)):
+        for name, value in (("centre", centre), ("above", above), ("below", below), ("across", across)):
             sign[name] = Signal(name=f"sign_{name}", reset_less=True)
             size[name] = Signal(len(value) - 1, name=f"size_{name}", reset_less=True)
             m.d.sync += [sign[name].eq(value[-1]), size[name].eq(value[:-1] ^ value[-1].replicate(len(value) - 1))]
 
-        # Stage 4: sums, each with one sign; `side` is |e + e(x-1)| itself, for it serves two pixels.
+        # Stage 4: sums, each with one sign; `side` is |e + e(x-1)| itself, as two pixels use it.
         vertical  = Signal(range(4 * PIXEL_MAX + 1), reset_less=True)
         sideways  = Signal(range(4 * PIXEL_MAX + 1), reset_less=True)
         side      = Signal(range(2 * PIXEL_MAX + 1), reset_less=True)
@@ -103,12 +103,12 @@ class BecCell(wiring.Component):
         sign_last = Signal(reset_less=True)
         m.d.sync += [
             vertical.eq(add_with_carry(size["above"], size["below"], sign["above"])),
-            sideways.eq(add_with_carry(Cat(sign["own"], size["own"]), size["beside"], sign["own"])),  # 2 * (size + sign) + beside
-            side.eq(size["beside"] + sign["beside"]),
-            sign_side.eq(sign["beside"]), sign_last.eq(sign["below"]),
+            sideways.eq(add_with_carry(Cat(sign["centre"], size["centre"]), size["across"], sign["centre"])),  # 2 * (size + sign) + across
+            side.eq(size["across"] + sign["across"]),
+            sign_side.eq(sign["across"]), sign_last.eq(sign["below"]),
         ]
 
-        # Stage 5: the pixel before is completed by this one's left difference, then this one takes its place.
+        # Stage 5: this pixel's left difference completes the pixel before, which this one then replaces.
         total        = Signal(range(8 * PIXEL_MAX + 1), reset_less=True)
         total_sign   = Signal(reset_less=True)
         total_inside = Signal(reset_less=True)
@@ -128,7 +128,7 @@ class BecCell(wiring.Component):
 class BecGroup(wiring.Component):
     """Matching costs of a few neighbouring labels in the same cycle, and the least cost so far.
 
-    Within a group the left column is shared and the right one moves on by a register a label; between groups all moves on by one more.
+    Within a group the left column is shared and the right one is delayed by a register a label; between groups both by one more.
     Golden: :func:`golden.matcher.cost.matching_cost`, :func:`golden.matcher.cost.local_disparity`.
 
     Timing: ``cost`` as of :class:`BecCell`, ``least_i`` :data:`TREE` cycles after it, ``least_o`` one later; ``o`` one after ``i``.
@@ -175,7 +175,7 @@ class BecArray(CostArray):
     """Basic energy calculation, laid out along the labels.
 
     Golden: :func:`golden.matcher.cost.matching_cost`, :func:`golden.matcher.cost.local_disparity`. The costs of a group of labels go to
-    a line memory of the group, which the labelling reads at its own pace.
+    a line memory of the group, which the labelling reads at its centre pace.
 
     Memory: ``D * depth`` costs, 48 bits for four labels, see :class:`LabelMemory`.
 
@@ -212,7 +212,7 @@ class BecArray(CostArray):
             store_delay.i.eq(self.i.store), edata.write.eq(store_delay.o), edata.address.eq(self.address), self.cost.eq(edata.o),
         ]
 
-        wave, least = self.i.wave, Signal(Least(config.data_bits, config.labels))  # none below the lowest group, which does not look
+        wave, least = self.i.wave, Signal(Least(config.data_bits, config.labels))  # the lowest group has none below and ignores it
         for labels in groups_of(config):
             m.submodules[f"group_{labels[0]}"] = group = BecGroup(config, labels)
             m.d.comb += [group.i.eq(wave), *(edata.words[label].eq(group.cost[n]) for n, label in enumerate(labels))]
@@ -220,7 +220,7 @@ class BecArray(CostArray):
             wave, least = group.o, group.least_o
 
         waiting = data.StructLayout({"pixel": Pixel(), "valid": 1})
-        m.submodules.beside = pixel_delay = Delay(waiting, self.latency_of(config), clean=True)
+        m.submodules.pixel_delay = pixel_delay = Delay(waiting, self.latency_of(config), clean=True)
         m.d.comb += [
             pixel_delay.i.pixel.eq(self.i.pixel), pixel_delay.i.valid.eq(self.i.pixel_valid),
             self.queued.pixel.eq(pixel_delay.o.pixel), self.queued.local.eq(least.index),

@@ -30,7 +30,7 @@ class Neighbours(data.StructLayout):
 
 
 class Cones(wiring.Component):
-    """Slopes ``w = (u*(256 - dI) << slope_shift) >> 8`` (floor) of the three smoothness terms, and the waves that carry them.
+    """Slopes ``w = (u*(256 - dI) << slope_shift) >> 8`` (floor) of the three smoothness terms, and the waves that start with them.
 
     Where there are supports (``size_max`` above 0) a slope is multiplied by the support's size.
 
@@ -106,7 +106,7 @@ class Cones(wiring.Component):
             slopes.append(slope)
         w1, w2, w3 = slopes
 
-        # Above the first line there is none: its cone is flat, but no unwritten word may decide where its vertex is.
+        # A pixel without an upper neighbour has a flat upper cone; its vertex must still not depend on an unwritten word.
         vertices = data.StructLayout({"upper": range(labels), "lower": range(labels)})
         m.submodules.vertices = at_slopes = Delay(vertices, self.slope_latency_of(self.size_max))
         m.d.comb += [at_slopes.i.upper.eq(Mux(self.i.has_upper, self.i.upper_label, 0)), at_slopes.i.lower.eq(self.i.lower_label)]
@@ -115,9 +115,9 @@ class Cones(wiring.Component):
         upper, lower = at_slopes.o.upper, at_slopes.o.lower
         cone_upper, cone_latency = multiply(m, "cone_upper", w2, upper)
         cone_lower, _ = multiply(m, "cone_lower", w3, lower)
-        beside = data.StructLayout({"low": range(labels), "high": range(labels), "upper_first": 1,
-                                    "w1": slope_shape, "w2": slope_shape, "w3": slope_shape})
-        m.submodules.beside = at_cones = Delay(beside, cone_latency)
+        aligned = data.StructLayout({"low": range(labels), "high": range(labels), "upper_first": 1,
+                                     "w1": slope_shape, "w2": slope_shape, "w3": slope_shape})
+        m.submodules.alignment = at_cones = Delay(aligned, cone_latency)
         m.d.comb += [
             at_cones.i.upper_first.eq(upper < lower),
             at_cones.i.low.eq(Mux(upper < lower, upper, lower)), at_cones.i.high.eq(Mux(upper < lower, lower, upper)),

@@ -23,31 +23,31 @@ __all__ = ["StreamingEngine"]
 
 
 # Pixels in flight between source and admission beyond those inside the array: in the registers of the source's decision (2), of the
-# source (1), of the queue (2) and of its head (1), and those that keep labelling busy while the source issues the cycles of a line
-# that are no pixels, twice, around a decision that is made two pixels early. Too few would cost clocks, never a wrong disparity.
+# source (1), of the queue (2) and of its head (1), and those that keep the labelling busy while the source issues the padding cycles of a
+# line, twice, around a decision that is made two pixels early. Too few would cost cycles, never a wrong disparity.
 QUEUE_MARGIN = 13
 
-# Likewise of the output: registers of the admission's decision, of the selection and of the queue.
+# Likewise for the output: registers of the admission's decision, of the selection and of the queue.
 OUTPUT_MARGIN = 9
 
 
 class StreamingEngine(wiring.Component):
     """Costs and graph cut at one pixel a cycle; ``LINEAR`` arithmetic.
 
-    The golden models are :func:`golden.matcher.labelling.match` and :func:`golden.matcher.fused.stages`, by the array of costs and the
-    label output that it is given.
+    The golden models are :func:`golden.matcher.labelling.match` and :func:`golden.matcher.fused.stages`, depending on
+    the array of costs and the label output.
 
-    What recursion remains is ``f = T[f]``: the array of labels prepares the answer for every label that the left neighbour may have, and
-    one multiplexer of ``D`` labels picks.
+    The remaining recursion is ``f = T[f]``: the array of labels computes the result for every label that the left neighbour may have, and
+    a multiplexer of ``D`` labels selects one.
 
-    The arrays never stop. A pixel is issued only while the queue between costs and labelling has room for all that are in flight, and is
+    The arrays never stall. A pixel is issued only while the queue between costs and labelling has room for all that are in flight, and is
     admitted to the labelling only while the output queue has, and its upper neighbour's disparity is in the line memory: lines shorter
     than the array's latency run at a lower rate.
 
     Timing: a pixel a cycle and two more a line; :attr:`latency` cycles from a wave to its disparity.
 
     Memory: ``D`` data terms for ``max_width + queue_depth + admission_latency + D - D/4`` pixels at most, a line of disparities, a line of
-    pixels, the delays of :class:`LabelArray`, and what the array of costs and the label output have of their own.
+    pixels, the delays of :class:`LabelArray`, and the memories of the array of costs and of the label output.
 
     Parameters
     ----------
@@ -55,7 +55,7 @@ class StreamingEngine(wiring.Component):
     costs : type of CostArray
     label_output : type of LabelOutput
     registered : bool
-        Whether ``o`` is offered from a register: stages behind it decide much by its payload.
+        Whether ``o`` is registered, for stages behind it with much logic on its payload.
 
     Members
     -------
@@ -81,8 +81,8 @@ class StreamingEngine(wiring.Component):
         # Pixels between the array of costs and the labelling.
         self.costs_latency = costs.latency_of(config) + costs.lag_of(config)
         self.queue_depth = self.costs_latency + QUEUE_MARGIN
-        # A cost is overwritten one line, and all that may be queued, after it was stored. Reading lags by the admission's pipeline and by
-        # the line memory's skew. One more, so that no word is overwritten as it is read.
+        # A cost is overwritten one line, and all that may be queued, after it was stored. Reading is later by the admission's pipeline
+        # and by the line memory's skew. One more, so that no word is overwritten in the cycle that reads it.
         self.costs = costs(config, config.max_width + self.queue_depth + self.admission_latency + LabelMemory.skew_of(config) + 1)
         self.output_depth = self.admission_latency + self.array.latency + label_output.latency + OUTPUT_MARGIN
         self.label_output = label_output(
@@ -122,7 +122,7 @@ class StreamingEngine(wiring.Component):
 
     @property
     def latency(self) -> int:
-        """Cycles from the wave that completes the pixel below, and all that its costs take, to a disparity at ``o``, if nothing stalls."""
+        """Cycles from the issue of the last pixel that a disparity depends on to the disparity at ``o``, if nothing stalls."""
         labelling = self.selection_latency + self.label_output.latency
         return 1 + self.costs_latency + 2 + StreamRegister.LATENCY + labelling + 2 + StreamRegister.LATENCY * self.registered
 
@@ -167,18 +167,18 @@ class StreamingEngine(wiring.Component):
         m.d.comb += [queue.i.payload.eq(costs.queued), queue.i.valid.eq(costs.queued_valid), head_register.o.ready.eq(admit)]
         in_flight = Signal(range(self.queue_depth + 2))  # pixels between source and admission
         m.d.sync += in_flight.eq(in_flight + source.o.pixel_valid - admit)
-        # From a register: a wave that is issued in this cycle is in flight when the next one is decided.
+        # Registered: a wave that is issued in this cycle is in flight when the next one is decided.
         m.d.sync += source.go.eq(in_flight + source.o.pixel_valid < self.queue_depth - 2)
 
         # Admission.
         x        = Signal(range(config.max_width))
         width    = Signal(range(config.max_width))  # less one; of this frame, known from its first line on
         inside   = Signal(range(self.output_depth + 1))  # admitted, disparity not yet in the line memory
-        unread   = Signal(range(self.output_depth + 1))  # admitted, disparity not yet taken from the output FIFO
+        unread   = Signal(range(self.output_depth + 1))  # admitted, disparity not yet read from the output FIFO
         chosen   = Signal()
-        taken    = Signal()
-        # Decided a cycle ahead, so that what depends on it has the cycle to itself: another pixel may be admitted in between, and behind
-        # a line's last one nothing is, because the width may change there.
+        accepted = Signal()  # a disparity, by the output
+        # Decided a cycle ahead, to shorten the paths from it: another pixel may be admitted in between. None is right behind a line's last
+        # one, because the width may change there.
         room     = Signal()  # in the output FIFO
         above    = Signal()  # the disparity above the next pixel is known
         still_inside = Signal.like(inside)
@@ -187,7 +187,7 @@ class StreamingEngine(wiring.Component):
             still_inside.eq(inside + admit - chosen),
         ]
         m.d.sync += [
-            inside.eq(still_inside), unread.eq(unread + admit - taken),
+            inside.eq(still_inside), unread.eq(unread + admit - accepted),
             room.eq(unread < self.output_depth - 1), above.eq((still_inside <= width) & ~(admit & head.pixel.last)),
         ]
         with m.If(admit):
@@ -207,7 +207,7 @@ class StreamingEngine(wiring.Component):
             result_read.addr.eq(x), result_read.en.eq(admit),
         ]
 
-        # The pixel between its neighbours, and the waves that it sends along the labels.
+        # The pixel with its neighbours, and the waves that it starts along the labels.
         m.submodules.cones = cones = Cones(config, self.size_max)
         admitted = Signal(Queued(config), reset_less=True)
         has_left = Signal(reset_less=True)
@@ -215,7 +215,7 @@ class StreamingEngine(wiring.Component):
         sampled  = Signal(cones.weights.shape(), reset_less=True)
         with m.If(admit):
             m.d.sync += [admitted.eq(head), has_left.eq(x != 0), left.eq(admitted.pixel.pixel)]
-        # Weights a cycle later, so that no path leads from the decision to their registers.
+        # Weights a cycle later, so that there is no path from the decision to their registers.
         begins   = Signal()
         of_frame = Mux(begins, Cat(self.u1, self.u2, self.u3), sampled)
         m.d.sync += begins.eq(admit & head.pixel.first)
@@ -236,7 +236,7 @@ class StreamingEngine(wiring.Component):
             array.up.eq(cones.up), array.down.eq(cones.down), array.cost.eq(costs.cost),
         ]
 
-        # Whose turn it is: `d + 2` cycles after `address` label d shows the cost; its wave is there d cycles after label 0's.
+        # Address: the cost of label d is read `d + 2` cycles after it; the wave of label d is d cycles after that of label 0.
         m.submodules.address_delay = admitted_delay = Delay(1, self.admission_latency - 3, clean=True)
         address = Signal(range(costs.depth))
         m.d.comb += [admitted_delay.i.eq(admit), costs.address.eq(address)]
@@ -259,9 +259,9 @@ class StreamingEngine(wiring.Component):
                 m.d.comb += [turn_delay.i[name].eq(held[name]) for name in label_output.settings]
             with m.If(admit & head.pixel.first):
                 m.d.sync += [held[name].eq(getattr(self, name)) for name in label_output.settings]
-        # A register for each bit's multiplexer, and one for all else that a disparity goes to: one alone would drive as many inputs as
-        # there are labels, for each bit of a label, all over the device. They begin unlike, so that no tool makes one of them; a line's
-        # first pixel has no left neighbour, and any will do for it.
+        # A register for each bit's multiplexer, and one for the other readers: a single one would drive as many inputs as there are labels,
+        # for each bit of a label, all over the device. Their initial values differ, so that no tool merges them; a line's first pixel has
+        # no left neighbour, so that any value will do.
         bits      = (labels - 1).bit_length()
         *chosen_by, disparity = (
             Signal(range(labels), name=f"disparity_{copy}", init=copy % labels, reset_less=True) for copy in range(bits + 1))
@@ -286,7 +286,7 @@ class StreamingEngine(wiring.Component):
         m.submodules.output = output = Queue(label_output.o.shape(), self.output_depth)
         source_of_o = output.o
         m.d.comb += [output.i.payload.eq(label_output.o), output.i.valid.eq(label_output.o_valid),
-                     taken.eq(output.o.valid & output.o.ready)]
+                     accepted.eq(output.o.valid & output.o.ready)]
         if self.registered:
             m.submodules.output_register = register = StreamRegister(label_output.o.shape())
             wiring.connect(m, output.o, register.i)

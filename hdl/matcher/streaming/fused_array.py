@@ -25,7 +25,7 @@ __all__ = ["FusedArray", "FusedCell", "FusedGroup"]
 
 
 def signed_digits(constant: int) -> list[tuple[int, int]]:
-    """``(sign, shift)`` of the fewest powers of two that add up to a constant, none beside another.
+    """``(sign, shift)`` of the fewest powers of two that add up to a constant, no two of them adjacent.
 
     Examples
     --------
@@ -57,22 +57,20 @@ class FusedCell(wiring.Component):
     """Fused cost of one label, ``C = (cost_factor * min(E, truncation) + census_weight * H) >> cost_shift``, floor.
 
     ``H`` counts the bits in which the censuses differ. The golden models are :func:`golden.matcher.support.fuse` and
-    :func:`golden.matcher.support.fused_cost`; outside the picture ``C`` is ``cost_outside``, which takes the place of the first term
-    while ``H``
-    is held at 0.
+    :func:`golden.matcher.support.fused_cost`; outside the picture ``C`` is ``cost_outside``.
 
     Width: exact.
 
-    Timing: :attr:`LATENCY` cycles after column ``x`` the cell shows the cost of ``x - 1``.
+    Timing: ``cost`` is that of ``x - 1`` :attr:`LATENCY` cycles after column ``x``.
 
     Members
     -------
     left, right : In(Column()), left_census, right_census : In(census bits)
         At ``x`` and at ``x - d``.
     inside : In(1)
-        The right column is one, and the label is in use.
+        The right column is inside the picture, and the label is in use.
     valid1, valid4, valid6 : In(1)
-        Whether there was a column one, four and six cycles ago.
+        Whether ``left`` was valid one, four and six cycles ago.
     cost : Out(range(cost_max + 1))
     """
     LATENCY = BecCell.LATENCY + 2
@@ -89,17 +87,18 @@ class FusedCell(wiring.Component):
     def elaborate(self, platform: object) -> Module:
         m = Module()
         method = self.config.method_as(Fused)
-        params = method.cost
+        parameters = method.cost
         m.submodules.matching_cost = matching_cost = BecCell(self.config)
         m.d.comb += [
             matching_cost.left.eq(self.left), matching_cost.right.eq(self.right), matching_cost.inside.eq(self.inside),
             matching_cost.valid1.eq(self.valid1), matching_cost.valid4.eq(self.valid4),
         ]
 
-        # Stages 1 to 4: the Hamming distance; first of pairs of bits, which a table of four inputs gives, then two sums a stage.
-        bits = range(0, params.neighbours, 2)
+        # Stages 1 to 4: the Hamming distance; first of pairs of bits, which fit a table of four inputs, then two sums a stage. It is held
+        # at 0 outside the picture.
+        bits = range(0, parameters.neighbours, 2)
         differ = self.left_census ^ self.right_census
-        counts = [differ[n] + differ[n + 1] if n + 1 < params.neighbours else differ[n] for n in bits]
+        counts = [differ[n] + differ[n + 1] if n + 1 < parameters.neighbours else differ[n] for n in bits]
         for stage, levels in enumerate((0, 2, 2, 2), 1):
             for _ in range(levels):
                 counts = [counts[n] + counts[n + 1] if n + 1 < len(counts) else counts[n] for n in range(0, len(counts), 2)]
@@ -111,32 +110,33 @@ class FusedCell(wiring.Component):
         distance, = counts or [Const(0, 1)]
 
         # Stages 5 and 6: its weight.
-        terms = [(sign, distance << shift) for sign, shift in signed_digits(params.census_weight)][::-1]
+        terms = [(sign, distance << shift) for sign, shift in signed_digits(parameters.census_weight)][::-1]
         pairs = []
         for n in range(0, len(terms), 2):
             pair = Signal.like(_sum(terms[n:n + 2]), name=f"weighted_{n // 2}", reset_less=True)
             m.d.sync += pair.eq(_sum(terms[n:n + 2]))
             pairs.append((1, pair))
-        weighted = Signal(range(params.census_weight * params.neighbours + 1), reset_less=True)
+        weighted = Signal(range(parameters.census_weight * parameters.neighbours + 1), reset_less=True)
         m.d.sync += weighted.eq(_sum(pairs))
 
-        # Stage 6: the first term, of the pixel before.
+        # Stage 6: the first term, of the pixel before; outside the picture `cost_outside`.
         energy = (~matching_cost.cost).as_unsigned()[:len(matching_cost.cost)]
-        outside = Const(params.cost_outside << params.cost_shift)
-        counted = [(sign, energy << shift) for sign, shift in signed_digits(params.cost_factor)]
-        first = Signal(range(max(params.cost_factor * params.truncation, params.cost_outside << params.cost_shift) + 1), reset_less=True)
+        outside = Const(parameters.cost_outside << parameters.cost_shift)
+        counted = [(sign, energy << shift) for sign, shift in signed_digits(parameters.cost_factor)]
+        largest = max(parameters.cost_factor * parameters.truncation, parameters.cost_outside << parameters.cost_shift)
+        first = Signal(range(largest + 1), reset_less=True)
         with m.If(~matching_cost.cost_inside):
             m.d.sync += first.eq(outside)
-        with m.Elif(energy > params.truncation):
-            m.d.sync += first.eq(params.cost_factor * params.truncation)
+        with m.Elif(energy > parameters.truncation):
+            m.d.sync += first.eq(parameters.cost_factor * parameters.truncation)
         with m.Else():
             m.d.sync += first.eq(_sum(counted))
 
-        # Stage 7: both; the distance has waited for a column, as the matching cost has for its right difference.
+        # Stage 7: both; the distance is delayed by a column, as the matching cost needs its right difference.
         before = Signal.like(weighted, reset_less=True)
         with m.If(self.valid6):
             m.d.sync += before.eq(weighted)
-        m.d.sync += data_register(m, self.cost).eq((first + before) >> params.cost_shift)
+        m.d.sync += data_register(m, self.cost).eq((first + before) >> parameters.cost_shift)
         return m
 
 
@@ -144,14 +144,13 @@ class FusedGroup(wiring.Component):
     """Fused costs of a few neighbouring labels in the same cycle, their running sums, and the least sum so far.
 
     Golden: :func:`golden.matcher.support.fused_cost`, :func:`golden.matcher.vertical.vertical_support`,
-    :func:`golden.matcher.support.support_sums`,
-    :func:`golden.matcher.refine.right_view`.
+    :func:`golden.matcher.support.support_sums`, :func:`golden.matcher.refine.right_view`.
 
     Width: a running sum is kept modulo the power of two above the greatest support sum; differences are exact.
 
     Timing: ``vertical`` of a wave is due with the costs of cells, :attr:`FusedCell.LATENCY` cycles after it, its ``sums`` with those that
     are joined, :meth:`cost_latency` cycles after it; ``total`` :attr:`TOTAL` cycles after ``ends``, ``least_i``
-    :data:`hdl.matcher.streaming.labels.TREE` cycles after that, ``least_o`` one later; every ``_o`` else a cycle after its ``_i``.
+    :data:`hdl.matcher.streaming.labels.TREE` cycles after that, ``least_o`` one later; every other ``_o`` a cycle after its ``_i``.
 
     Memory: two rings of running sums for all labels of the group, one for each end of a support; that of :class:`VerticalSupport`.
 
@@ -212,13 +211,13 @@ class FusedGroup(wiring.Component):
             m.d.comb += [vertical.i.eq(self.vertical_i), self.vertical_o.eq(vertical.o), vertical.cost.eq(Cat(costs))]
             costs = list(vertical.joined)
 
-        # The right view's way past them.
+        # The right view passes the costs.
         completion, right = self.sums_i.completion, self.right_i
         for label, cost in zip(self.labels, costs):
             m.submodules[f"right_{label}"] = right_cell = RightCell(config, label)
             m.d.comb += [right_cell.completion.eq(completion), right_cell.cost.eq(cost), right_cell.i.eq(right)]
             right = right_cell.o
-        # The group above takes, a cycle later, what the top label had before this wave.
+        # To the group above, a cycle later: the state of the top label before this wave.
         m.d.sync += self.right_o.eq(right)
 
         # Running sums, each written before its pixel's cost is added.
@@ -249,7 +248,7 @@ class FusedArray(CostArray):
     """Support sums of the fused cost, laid out along the labels, with the labels of the right picture.
 
     Golden: :func:`golden.matcher.support.support_sums`, :func:`golden.matcher.refine.right_view`, on joined costs with vertical support.
-    The sums of a group of labels go to a line memory of the group, which the labelling reads at its own pace.
+    The sums of a group of labels are written to a line memory of the group, which the labelling reads at a different time.
 
     Memory: ``D * depth`` sums, two rings of running sums a group, ``depth`` sizes.
 
@@ -275,7 +274,7 @@ class FusedArray(CostArray):
 
     @staticmethod
     def flush_waves_of(config: MatcherConfig) -> int:
-        # A support needs pixels to the right of its own, and a label of the right picture D of them.
+        # A support needs pixels to the right of its centre, and a label of the right picture D of them.
         return max(config.labels, SupportSource.lag_of(config))
 
     @staticmethod
@@ -346,20 +345,20 @@ class FusedArray(CostArray):
             m.d.comb += [group.least_i.eq(least), group.right_i.eq(right)]
             wave, sums, ends, right, least = group.o, group.sums_o, group.ends_o, group.right_o, group.least_o
 
-        # The top label's pixel is complete as the next one moves up: `right` is what it had then.
+        # The label of a right pixel is final once it has passed the top label: `right` as the next pixel advances.
         completed = Signal()
         m.d.sync += completed.eq(group.sums_i.completion.complete)
         m.d.comb += [self.sideband.right.eq(right.least.index), self.sideband.right_valid.eq(completed & right.in_picture)]
 
         waiting = data.StructLayout({"pixel": Pixel(), "valid": 1})
-        m.submodules.beside = pixel_delay = Delay(waiting, FusedGroup.TOTAL + TREE + len(groups_of(config)), clean=True)
+        m.submodules.pixel_delay = pixel_delay = Delay(waiting, FusedGroup.TOTAL + TREE + len(groups_of(config)), clean=True)
         m.d.comb += [
             pixel_delay.i.pixel.eq(slot.pixel), pixel_delay.i.valid.eq(slot.pixel_valid),
             self.queued.pixel.eq(pixel_delay.o.pixel), self.queued.local.eq(least.index),
             self.queued_valid.eq(pixel_delay.o.valid),
         ]
 
-        # Sizes wait for their pixel's turn, a line later.
+        # Sizes are kept until their pixel is admitted, a line later.
         m.submodules.sizes = sizes = Memory(shape=slot.support_size.shape(), depth=self.depth, init=[], attrs=NO_COLLISION)
         write, read = sizes.write_port(), sizes.read_port()
         write_index, read_index = Signal(range(self.depth)), Signal(range(self.depth))

@@ -1,6 +1,6 @@
 """Labelling at one pixel a cycle: an array of cells, one a label; its upward and its downward pass.
 
-It moves like BEC's array, see :mod:`hdl.matcher.streaming.bec_array`.
+It is laid out as the arrays of costs, see :mod:`hdl.matcher.streaming.bec_array`.
 """
 
 from amaranth import *
@@ -17,11 +17,11 @@ __all__ = ["DownCell", "DownWave", "LabelArray", "UpCell", "UpWave", "chosen_ste
 
 
 class UpWave(data.StructLayout):
-    """The cones of a pixel on their way up: their value at this label, where their vertices are, and how they move.
+    """The cones of a pixel in the upward pass: their value at this label, their vertices, their steps from label to label.
 
-    ``cone`` at label ``d`` is ``w2*|d - f_up| + w3*|d - b_low| - w1*d``. It moves by ``falling`` to the next label below both vertices, by
-    ``between`` from the lower vertex on, by ``rising`` from the upper one on. Which of them is chosen a label ahead: ``step`` leads to the
-    next label, ``below_low`` and ``below_high`` say whether this one is below the vertices.
+    ``cone`` at label ``d`` is ``w2*|d - f_up| + w3*|d - b_low| - w1*d``. The step to the next label is ``falling`` below both vertices,
+    ``between`` from the lower vertex on, ``rising`` from the upper one on. It is chosen a label ahead: ``step`` is the one from this label,
+    ``below_low`` and ``below_high`` tell whether this label is below the vertices.
     """
     def __init__(self, config: MatcherConfig):
         slope = config.method.slope_max
@@ -39,21 +39,20 @@ class UpWave(data.StructLayout):
 
 
 def chosen_step(wave: data.View, below_low: Value, below_high: Value) -> Value:
-    """What leads from a label to the next one."""
+    """Step of the cones from a label to the next one."""
     return Mux(below_low, wave.falling, Mux(below_high, wave.between, wave.rising))
 
 
 def up_values(config: MatcherConfig) -> range:
-    """Range of an energy on the way up: matching cost and cones, less ``w1 * d``."""
+    """Range of an energy in the upward pass: data term and cones, less ``w1 * d``."""
     return range(-config.smooth_max, (config.method.data_max << config.method.energy_shift) + 2 * config.smooth_max + 1)
 
 
 class UpCell(wiring.Component):
-    """One label of the upward pass, ``F(d) = min(A(d), F(d-1) + w1)``; takes the label below on a tie.
+    """One label of the upward pass, ``F(d) = min(A(d), F(d-1) + w1)``; the label below wins a tie.
 
-    ``A(d) = (E << q) + w2*|d - f_up| + w3*|d - b_low|``, with the cost ``FUSED`` the sum ``S`` in place of ``E``.
-    All is kept less ``w1 * d``: the recursion is then a comparison and a choice,
-    ``G(d) = min(A(d) - w1*d, G(d-1))``.
+    ``A(d) = (E << q) + w2*|d - f_up| + w3*|d - b_low|``, where ``E`` is the data term: a matching cost or, with supports, a sum ``S``. All
+    energies are kept less ``w1 * d``, so that the recursion is a comparison and a choice, ``G(d) = min(A(d) - w1*d, G(d-1))``.
 
     Width: exact, :func:`up_values`.
 
@@ -63,7 +62,7 @@ class UpCell(wiring.Component):
     -------
     i : In(UpWave(config)), o : Out(UpWave(config))
     cost : In(data_bits)
-        Complement of the data term, ``E`` or ``S``, in the cycle of ``i``.
+        Complement of the data term, in the cycle of ``i``.
     least_i, least_o : Least(up_values(config), D)
     """
     LATENCY = 2
@@ -103,17 +102,16 @@ class UpCell(wiring.Component):
 
 
 class DownWave(data.StructLayout):
-    """What the way down adds: ``ramp = 2 * w1 * d`` at this label, and ``2 * w1``."""
+    """Terms of the downward pass: ``ramp = 2 * w1 * d`` at this label, and ``2 * w1``."""
     def __init__(self, config: MatcherConfig):
         super().__init__({"ramp": range(2 * config.smooth_max + 1), "step": range(2 * config.method.slope_max + 1)})
 
 
 class DownCell(wiring.Component):
-    """One label of the downward pass, ``M(d) = min(F(d), M(d+1) + w1)``; keeps ``F`` on a tie.
+    """One label of the downward pass, ``M(d) = min(F(d), M(d+1) + w1)``; ``F`` wins a tie.
 
-    The label that it carries is ``T(d)``, the answer if the left neighbour's disparity is ``d``.
-
-    All is kept plus ``w1 * d``: ``H(d) = min(G(d) + 2*w1*d, H(d+1))``.
+    Its label is ``T(d)``, the result if the left neighbour's disparity is ``d``. All energies are kept plus ``w1 * d``: ``H(d) = min(G(d) +
+    2*w1*d, H(d+1))``.
 
     Width: exact; ``H`` is an energy with ``p = 0``: ``config.energy_bits``.
 
@@ -161,8 +159,8 @@ class DownCell(wiring.Component):
 class LabelArray(wiring.Component):
     """For every label ``p`` that the left neighbour may have, the disparity ``T(p) = argmin_d A(d) + w1*|d - p|``.
 
-    An L1 distance transform that carries its argument: upward, then downward in place, one label a cycle each; RAM delays bring every
-    label's upward result to its turn on the way down, and the answers together at the end. Equal to evaluating (2-15) for each ``p``,
+    An L1 distance transform with its argument: upward, then downward, one label a cycle each; delays in memory align every label's upward
+    result with the downward pass, and the results at the end. Equal to evaluating (2-15) for each ``p``,
     ties to the smaller disparity. ``T`` is monotone and idempotent. Golden: :func:`golden.matcher.labelling.transition`.
 
     Timing: ``transition`` :attr:`latency` cycles after ``up``; a pixel a cycle.
@@ -178,9 +176,9 @@ class LabelArray(wiring.Component):
         Complements; label ``d`` is read ``d`` cycles after ``up``.
     transition : Out(ArrayLayout(range(D), D))
     """
-    #: Labels whose answers wait in one memory.
+    #: Labels whose results are delayed in one memory.
     LABELS_PER_MEMORY = 5
-    #: Registers that carry the answers from the memories, which lie all over a device, to the multiplexer that all of them meet in.
+    #: Registers on the routes from the memories, spread over a device, to the one multiplexer of all results.
     HOPS = 2
 
     def __init__(self, config: MatcherConfig):
@@ -216,10 +214,10 @@ class LabelArray(wiring.Component):
             wave, least = cell.o, cell.least_o
             ups.append(least)
 
-        # Down. The top label turns at once; each label below waits two cycles more: one for the way up, one for the way down.
+        # Down. The top label's upward result is used at once, that of each label below two cycles later: one of each pass.
         m.submodules.down_delay = down_delay = Delay(DownWave(config), labels - 1 + UpCell.LATENCY)
         m.d.comb += down_delay.i.eq(self.down)
-        answers = [None] * labels
+        results = [None] * labels
         wave, least = down_delay.o, None
         for label in reversed(range(labels)):
             cell = DownCell(config, label)
@@ -229,7 +227,7 @@ class LabelArray(wiring.Component):
             if least is not None:
                 m.d.comb += cell.least_i.eq(least)
             wave, least = cell.o, cell.least_o
-            answers[label] = least.index
+            results[label] = least.index
 
         together = Signal.like(self.transition)
         transition = together
@@ -238,13 +236,13 @@ class LabelArray(wiring.Component):
             m.d.sync += later.eq(transition)
             transition = later
         m.d.comb += self.transition.eq(transition)
-        # Together. Label 0 is last; the others of a group wait for its lowest in registers, the group for label 0 in a memory.
+        # Alignment. Label 0 is last; the others of a group are delayed up to its lowest by registers, the group up to label 0 by a memory.
         for low in range(0, labels, self.LABELS_PER_MEMORY):
             group = range(low, min(low + self.LABELS_PER_MEMORY, labels))
             shape = data.ArrayLayout(range(labels), len(group))
             m.submodules[f"align_{low}"] = align = Delay(shape, low)
             for label in group:
                 m.submodules[f"align_{low}_{label}"] = skew = Delay(range(labels), label - low)
-                m.d.comb += [skew.i.eq(answers[label]), align.i[label - low].eq(skew.o)]
+                m.d.comb += [skew.i.eq(results[label]), align.i[label - low].eq(skew.o)]
                 m.d.comb += together[label].eq(align.o[label - low])
         return m

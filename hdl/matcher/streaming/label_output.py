@@ -1,4 +1,4 @@
-"""What the engine's output word is made of, beginning with the label selected: the label alone, or checked against the right view."""
+"""From a selected label to the engine's output word: the label alone, or checked against the right view."""
 
 from amaranth import *
 from amaranth.lib import data
@@ -71,8 +71,8 @@ class CheckedLabel(LabelOutput):
             check.x.eq(self.i.x), check.label.eq(self.i.label), check.valid.eq(self.i.valid),
             check.minimum.eq(self.i.minimum), check.enable.eq(self.i.check),
         ]
-        waiting = data.StructLayout({"valid": 1, "label": self.i.label.shape(), **FLAGS})
-        m.submodules.checked = checked = Delay(waiting, check.LATENCY, clean=True)
+        carried = data.StructLayout({"valid": 1, "label": self.i.label.shape(), **FLAGS})
+        m.submodules.checked = checked = Delay(carried, check.LATENCY, clean=True)
         m.d.comb += [
             checked.i.valid.eq(self.i.valid), checked.i.label.eq(self.i.label), *copy_flags(checked.i, self.i),
             self.o_valid.eq(checked.o.valid), self.o.passed.eq(check.passed), *copy_flags(self.o, checked.o),

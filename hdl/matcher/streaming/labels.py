@@ -1,4 +1,4 @@
-"""What arrays of costs share: groups of labels, the least of a group, the right picture's way along the labels, a line memory."""
+"""Shared by arrays of costs: groups of labels, the least of a group, the right picture along the labels, a line memory."""
 
 from collections.abc import Iterator, Sequence
 
@@ -21,11 +21,11 @@ TREE = 2
 
 
 def least_of(m: Module, values: Sequence[Value], first: int, least_i: data.View, least_o: data.View) -> None:
-    """The least of a group and of those below it; all are complements, hence the greatest. The smaller label stays on a tie.
+    """The least of a group and of those below it; all are complements, hence the greatest. The smaller label wins a tie.
 
-    ``least_i`` is due :data:`TREE` cycles after ``values``, ``least_o`` comes a cycle later.
+    ``least_i`` is due :data:`TREE` cycles after ``values``, ``least_o`` is valid a cycle later.
     """
-    # The lower label stands first.
+    # In order of labels.
     rivals = [(value, Const(0, 0)) for value in values]
     for level in range(TREE):
         winners = []
@@ -58,14 +58,14 @@ def groups_of(config: MatcherConfig) -> list[range]:
 
 
 def seen_along(m: Module, labels: range, i: data.View, o: data.View) -> Iterator[tuple[int, dict[str, Value], Value]]:
-    """What the labels of a group see of the right picture; hands the wave on to the group above, a cycle later.
+    """The right columns of the labels of a group; passes the wave on to the group above, a cycle later.
 
     Parameters
     ----------
     m : Module
     labels : range
     i, o : View of Wave
-        The wave as it comes in, and where it goes.
+        From the group below, to the group above.
 
     Yields
     ------
@@ -73,13 +73,13 @@ def seen_along(m: Module, labels: range, i: data.View, o: data.View) -> Iterator
     seen : dict of str to Value
         The wave's fields of the right picture at ``x - label``.
     inside : Value
-        Whether there is one, and the label is in use.
+        Whether that is inside the picture, and the label is in use.
     """
     shape = i.shape()
     seen, inside = {name: i[name] for name in shape.members if name.startswith("right")}, i.inside
     for label in labels:
         yield label, seen, inside & (i.in_use > label)
-        # The next label looks one pixel further left: at the right column of the wave before.
+        # The next label compares one pixel further left: the right column of the wave before.
         before = {name: Signal.like(value, name=f"{name}_{label}", reset_less=True) for name, value in seen.items()}
         before_inside = Signal(name=f"inside_{label}", reset_less=True)
         with m.If(i.valid):
@@ -98,10 +98,10 @@ class Queued(data.StructLayout):
 
 
 class LabelMemory(wiring.Component):
-    """A line of data terms: written as they come, a group of labels after the other, read a label after the other.
+    """A line of data terms: written group by group of labels, read label by label.
 
     Timing: ``words`` of a group are due a cycle after those of the group below it, those of label 0 with ``write``. What was written
-    ``n``-th is read at ``address`` ``n % depth``; label ``d`` shows it in ``o[d]`` ``d + 2`` cycles after ``address``.
+    ``n``-th is read at ``address`` ``n % depth``; that of label ``d`` is at ``o[d]`` ``d + 2`` cycles after ``address``.
 
     Memory: ``D * depth`` words; a word of a memory holds those of a group.
 
@@ -120,7 +120,7 @@ class LabelMemory(wiring.Component):
 
     @staticmethod
     def skew_of(config: MatcherConfig) -> int:
-        """Cycles by which the top group's reading lags behind that of label 0 more than its writing does."""
+        """Cycles by which the top group's reading is later than that of label 0, beyond those of its writing."""
         *below, top = groups_of(config)
         return top[0] - len(below)
 
@@ -128,7 +128,7 @@ class LabelMemory(wiring.Component):
         m = Module()
         bits, depth = self.config.data_bits, self.depth
 
-        # Where the next words go; the order walks from group to group as the waves do.
+        # The address of the next words, passed from group to group as the waves are.
         place = Signal(range(depth))
         with m.If(self.write):
             m.d.sync += place.eq(Mux(place == depth - 1, 0, place + 1))

@@ -21,7 +21,7 @@ FRACTION = range(-SUB_PIXEL_SCALE // 2, SUB_PIXEL_SCALE // 2 + 1)
 class FractionCell(wiring.Component):
     """Equiangular interpolation between three neighbouring sums; golden: :func:`golden.matcher.sub_pixel.fraction`.
 
-    With ``m`` the greater of the neighbours less ``own``, the fraction is the number of ``m, 3m, 5m, 7m`` that eight times the
+    With ``m`` the greater of the neighbours less ``centre``, the fraction is the number of ``m, 3m, 5m, 7m`` that eight times the
     neighbours' difference reaches, towards the smaller neighbour; 0 where ``m`` is not positive.
 
     Width: exact.
@@ -30,7 +30,7 @@ class FractionCell(wiring.Component):
 
     Members
     -------
-    before, own, after : In(data_bits)
+    before, centre, after : In(data_bits)
         Complements of the sums of the label before, of the label itself, of the label after.
     fraction : Out(FRACTION)
         Eighths of a pixel.
@@ -40,24 +40,25 @@ class FractionCell(wiring.Component):
     def __init__(self, config: MatcherConfig):
         self.config = config
         bits = config.data_bits
-        super().__init__({"before": In(bits), "own": In(bits), "after": In(bits), "fraction": Out(FRACTION)})
+        super().__init__({"before": In(bits), "centre": In(bits), "after": In(bits), "fraction": Out(FRACTION)})
 
     def elaborate(self, platform: object) -> Module:
         m = Module()
         most = self.config.method.data_max
 
         # Stages 1 and 2: which neighbour is less, by how much, and how far the greater one is above the label. Complements: signs turn.
-        before, own, after = (Signal.like(port, name=f"{port.name}_1", reset_less=True) for port in (self.before, self.own, self.after))
+        before, centre, after = (
+            Signal.like(port, name=f"{port.name}_1", reset_less=True) for port in (self.before, self.centre, self.after))
         towards_less = [Signal(name=f"towards_less_{stage}", reset_less=True) for stage in range(1, 5)]
         m.d.sync += [
-            before.eq(self.before), own.eq(self.own), after.eq(self.after), towards_less[0].eq(self.before > self.after),
+            before.eq(self.before), centre.eq(self.centre), after.eq(self.after), towards_less[0].eq(self.before > self.after),
             *(later.eq(sooner) for later, sooner in zip(towards_less[1:], towards_less)),
         ]
         apart  = Signal(range(most + 1), reset_less=True)
         height = Signal(range(-most, most + 1), reset_less=True)
         m.d.sync += [
             apart.eq(Mux(towards_less[0], before - after, after - before)),
-            height.eq(own - Mux(towards_less[0], after, before)),
+            height.eq(centre - Mux(towards_less[0], after, before)),
         ]
 
         # Stage 3: odd multiples; a height below 1 reaches none.
@@ -96,7 +97,7 @@ class SubPixel(wiring.Component):
     label : In(range(D))
     fraction : Out(FRACTION)
     """
-    #: Labels whose fractions wait in one memory.
+    #: Labels whose fractions are delayed in one memory.
     LABELS_PER_MEMORY = 8
 
     def __init__(self, config: MatcherConfig, latency: int):
@@ -118,7 +119,7 @@ class SubPixel(wiring.Component):
         fractions = [Const(0, bits)] * labels
         for low in range(inner.start, inner.stop, self.LABELS_PER_MEMORY):
             group = range(low, min(low + self.LABELS_PER_MEMORY, inner.stop))
-            # The group's top label is last to be ready; it waits in the memory only, the others in registers before.
+            # The group's top label is the last; it is delayed by the memory only, the others by registers before.
             rest = self.latency - 1 - FractionCell.LATENCY - group[-1]
             m.submodules[f"align_{low}"] = align = Delay(data.ArrayLayout(bits, len(group)), rest)
             for place, label in enumerate(group):
@@ -127,7 +128,7 @@ class SubPixel(wiring.Component):
                 m.d.sync += before.eq(later[label - 1])
                 m.submodules[f"skew_{label}"] = skew = Delay(bits, group[-1] - label)
                 m.d.comb += [
-                    cell.before.eq(before), cell.own.eq(later[label]), cell.after.eq(self.sums[label + 1]),
+                    cell.before.eq(before), cell.centre.eq(later[label]), cell.after.eq(self.sums[label + 1]),
                     skew.i.eq(cell.fraction), align.i[place].eq(skew.o),
                 ]
                 fractions[label] = align.o[place]

@@ -16,9 +16,9 @@ __all__ = ["Arms", "Ends", "Slot", "StepDelay", "SumWave", "SupportSource"]
 
 
 class StepDelay(wiring.Component):
-    """Gives every word back ``steps`` steps later; zero before there was one.
+    """Outputs every word ``steps`` steps later; zero before there was one.
 
-    Timing: ``o`` shows, two cycles after a ``step``, the word that came ``steps`` steps before.
+    Timing: ``o`` is, two cycles after a ``step``, the word of ``steps`` steps before.
 
     Memory: ``steps`` words.
 
@@ -60,18 +60,18 @@ class StepDelay(wiring.Component):
 
 
 class Arms(wiring.Component):
-    """Arms of the support of every pixel: steps over pixels of the line that are like it; golden: :func:`golden.matcher.support.arms`.
+    """Arms of the support of every pixel: runs of similar pixels on its line; golden: :func:`golden.matcher.support.arms`.
 
     Two pixels ``j`` apart are compared once, for the left arm of the one and the right arm of the other.
 
-    Timing: ``l`` and ``r`` are, :attr:`LATENCY` cycles after a ``step``, those of the pixel that came ``reach + 1`` steps before.
+    Timing: ``left_arm`` and ``right_arm`` are, :attr:`LATENCY` cycles after a ``step``, those of the pixel ``reach + 1`` steps before.
 
     Members
     -------
     step : In(1)
-        A pixel comes, or none, but the support of another one moves on.
+        Advances by one pixel; ``grey`` may be padding.
     starts_line : In(1)
-        The pixel is the first of its line, or there is none.
+        The pixel is the first of its line, or padding.
     grey : In(PIXEL_BITS)
     left_arm, right_arm : Out(range(reach + 1))
     """
@@ -106,11 +106,11 @@ class Arms(wiring.Component):
             moved = Signal(signed(PIXEL_BITS + 2), name=f"moved_{j}", reset_less=True)
             flag  = Signal(name=f"alike_{j}", reset_less=True)
             m.d.sync += moved.eq(self.grey + Const(threshold) - tap)
-            # The pixel has stepped in meanwhile: `near` tells of it.
+            # A cycle later the pixel is among the taps: `near` includes it.
             m.d.sync += flag.eq(near[j - 1] & (moved >= 0) & (moved <= 2 * threshold))
             alike.append(flag)
 
-        # For the right arm of the pixel `reach + 1` steps before: what the pixel j behind it found j steps back.
+        # For the right arm of the pixel `reach + 1` steps before: the comparison of the pixel j to its right with the one j to the left.
         right = []
         for j, flag in enumerate(alike, 1):
             word = flag
@@ -131,16 +131,16 @@ class Arms(wiring.Component):
             m.d.sync += lengths[name].eq(_ones(reached))
 
         m.submodules.left = left = StepDelay(range(reach + 1), reach + 1)
-        m.submodules.right = beside = Delay(range(reach + 1), StepDelay.LATENCY)
+        m.submodules.right = right_delay = Delay(range(reach + 1), StepDelay.LATENCY)
         m.d.comb += [
             left.i.eq(lengths["left"]), left.step.eq(steps[4]), self.left_arm.eq(left.o),
-            beside.i.eq(lengths["right"]), self.right_arm.eq(beside.o),
+            right_delay.i.eq(lengths["right"]), self.right_arm.eq(right_delay.o),
         ]
         return m
 
 
 def _ones(reached: Value) -> Value:
-    """How many low bits of a word are set, if all below a set one are: each bit of the number is a choice among few of them."""
+    """Number of low bits that are set, if all below a set one are: each bit of the result depends on few of them."""
     bits = []
     for place in range(len(reached).bit_length()):
         # The bit is 1 from each odd multiple of its weight up to the next multiple.
@@ -151,31 +151,30 @@ def _ones(reached: Value) -> Value:
 
 
 class SumWave(data.StructLayout):
-    """What a wave does at the labels as its pixel's costs are known: :class:`Completion`, and where the running sums go."""
+    """A :class:`Completion` in step with its pixel's costs, and the address of the running sums."""
     def __init__(self, config: MatcherConfig):
         super().__init__({"completion": Completion(), "place": range(SupportSource.ring_of(config))})
 
 
 class Ends(data.StructLayout):
-    """Where a support's running sums are: what was summed up before its first pixel, and with its last one."""
+    """Addresses of a support's running sums: before its first pixel, and including its last one."""
     def __init__(self, config: MatcherConfig):
         place = range(SupportSource.ring_of(config))
         super().__init__({"low": place, "high": place})
 
 
 class Slot(data.StructLayout):
-    """A pixel whose support is complete: what the labelling must know of it, whether its sums are kept, and the support's size."""
+    """A pixel whose support is complete: its data for the labelling, whether its sums are kept, and the support's size."""
     def __init__(self, config: MatcherConfig):
         size = range(config.method_as(Fused).arms.support_max + 1)
         super().__init__({"pixel": Pixel(), "pixel_valid": 1, "in_picture": 1, "support_size": size})
 
 
 class SupportSource(wiring.Component):
-    """Sends after the waves what the sums over supports need; golden: :func:`golden.matcher.support.arms`,
-    :func:`golden.matcher.support.support_sizes`.
+    """Addresses for the sums over supports; golden: :func:`golden.matcher.support.arms`, :func:`golden.matcher.support.support_sizes`.
 
     Every label keeps the sums of its costs along the line, ``R(x) = C(0) + .. + C(x - 1)``, one more a line than it has pixels, in a ring;
-    the sum over a support is ``S(x) = R(x + r + 1) - R(x - l)``. All labels share these addresses.
+    the sum over a support is ``S(x) = R(x + right_arm + 1) - R(x - left_arm)``. All labels share these addresses.
 
     Timing: ``sums`` ``latency`` cycles after ``completion``; ``ends`` and ``slot`` one more, for the pixel completed ``reach + 1``
     completions before.
@@ -208,7 +207,7 @@ class SupportSource(wiring.Component):
 
     @staticmethod
     def ring_of(config: MatcherConfig) -> int:
-        """Words of a ring of running sums: an arm, the lag, a few for beginnings of lines; a power of two, so that addresses wrap."""
+        """Words of a ring of running sums: an arm, the lag, a few for starts of lines; a power of two, so that addresses wrap."""
         return 1 << (2 * SupportSource.lag_of(config) + 4).bit_length()
 
     def elaborate(self, platform: object) -> Module:
@@ -228,10 +227,10 @@ class SupportSource(wiring.Component):
 
         waiting = data.StructLayout({"pixel": Pixel(), "pixel_valid": 1, "in_picture": 1, "place": place.shape()})
         m.submodules.waiting = wait = StepDelay(waiting, self.lag_of(config))
-        m.submodules.beside = beside = Delay(waiting, Arms.LATENCY - StepDelay.LATENCY)
+        m.submodules.slot_delay = slot_place = Delay(waiting, Arms.LATENCY - StepDelay.LATENCY)
         m.d.comb += [
             wait.i.pixel.eq(self.pixel), wait.i.pixel_valid.eq(self.pixel_valid), wait.i.in_picture.eq(completion.in_picture),
-            wait.i.place.eq(place), wait.step.eq(completion.complete), beside.i.eq(wait.o),
+            wait.i.place.eq(place), wait.step.eq(completion.complete), slot_place.i.eq(wait.o),
         ]
         stepped = [completion.complete]
         for stage in range(Arms.LATENCY):
@@ -241,12 +240,12 @@ class SupportSource(wiring.Component):
         ends = Signal(Ends(config), reset_less=True)
         slot = Signal(Slot(config))
         pixel, size = (Signal.like(slot[name], name=f"slot_{name}", reset_less=True) for name in ("pixel", "support_size"))
-        valid, in_picture = Signal(), Signal()  # with a reset: a slot of a frame before it must not go on
+        valid, in_picture = Signal(), Signal()  # with a reset: a slot of a frame before it must not be passed on
         m.d.comb += slot.eq(Cat(pixel, valid, in_picture, size))
         m.d.sync += [
-            ends.low.eq(beside.o.place - arms.left_arm), ends.high.eq(beside.o.place + arms.right_arm + 1),
-            pixel.eq(beside.o.pixel), size.eq(arms.left_arm + arms.right_arm + 1),
-            valid.eq(beside.o.pixel_valid & stepped[-1]), in_picture.eq(beside.o.in_picture & stepped[-1]),
+            ends.low.eq(slot_place.o.place - arms.left_arm), ends.high.eq(slot_place.o.place + arms.right_arm + 1),
+            pixel.eq(slot_place.o.pixel), size.eq(arms.left_arm + arms.right_arm + 1),
+            valid.eq(slot_place.o.pixel_valid & stepped[-1]), in_picture.eq(slot_place.o.in_picture & stepped[-1]),
         ]
         rest = self.latency + 1 - Arms.LATENCY - 1
         m.submodules.ends = ends_later = Delay(Ends(config), rest)

@@ -17,13 +17,12 @@ __all__ = ["VerticalSupport"]
 class VerticalSupport(wiring.Component):
     """Joins costs with those of the lines above and below; golden: :func:`golden.matcher.vertical.vertical_support`.
 
-    As the costs of a pixel come, those of the pixel above it are joined: they, and the ones above them, come from the memory, into which
-    the new ones and they go.
+    As the costs of a pixel arrive, those of the pixel above it are joined. The memory holds the costs of the two lines above.
 
     Width: exact.
 
     Timing: ``joined`` :attr:`LATENCY` cycles after ``cost``; ``o`` a cycle after ``i``. A column is read no sooner than three cycles after
-    it was read before: lines begin with a wave of their own and end with another.
+    it was read before: lines start and end with a wave of padding.
 
     Memory: ``max_width`` words of two costs a label.
 
@@ -50,7 +49,7 @@ class VerticalSupport(wiring.Component):
     def elaborate(self, platform: object) -> Module:
         m = Module()
         costs = self.cost.shape()
-        stored = data.StructLayout({"above": costs, "own": costs})
+        stored = data.StructLayout({"above": costs, "centre": costs})
         m.submodules.memory = memory = Memory(shape=stored, depth=self.config.max_width, init=[], attrs=NO_COLLISION)
         read = memory.read_port()
         write = memory.write_port()
@@ -62,20 +61,20 @@ class VerticalSupport(wiring.Component):
         m.submodules.below = below = Delay(costs, 2)
         m.d.comb += [
             read.addr.eq(self.i.column), read.en.eq(1), wave.i.eq(self.i), below.i.eq(self.cost),
-            write.addr.eq(wave.o.column), write.en.eq(wave.o.write), write.data.above.eq(word.own), write.data.own.eq(below.o),
+            write.addr.eq(wave.o.column), write.en.eq(wave.o.write), write.data.above.eq(word.centre), write.data.centre.eq(below.o),
         ]
         m.d.sync += word.eq(read.data)
 
         # Stages 3 to 5: a neighbour that is not alike is replaced by the pixel itself.
         joined = data_register(m, self.joined)
         for n in range(len(self.labels)):
-            own, up, down, twice = (
-                Signal.like(word.own[n], name=f"{name}_{n}", reset_less=True) for name in ("own", "up", "down", "twice"))
-            beside = Signal(range(2 * self.config.method_as(Fused).cost.maximum + 1), name=f"beside_{n}", reset_less=True)
+            centre, up, down, twice = (
+                Signal.like(word.centre[n], name=f"{name}_{n}", reset_less=True) for name in ("centre", "up", "down", "twice"))
+            both = Signal(range(2 * self.config.method_as(Fused).cost.maximum + 1), name=f"both_{n}", reset_less=True)
             m.d.sync += [
-                own.eq(word.own[n]), up.eq(Mux(wave.o.above, word.above[n], word.own[n])),
-                down.eq(Mux(wave.o.below, below.o[n], word.own[n])),
-                beside.eq(up + down), twice.eq(own),
-                joined[n].eq(beside + (twice << 1)),
+                centre.eq(word.centre[n]), up.eq(Mux(wave.o.above, word.above[n], word.centre[n])),
+                down.eq(Mux(wave.o.below, below.o[n], word.centre[n])),
+                both.eq(up + down), twice.eq(centre),
+                joined[n].eq(both + (twice << 1)),
             ]
         return m

@@ -1,4 +1,4 @@
-"""What travels along the labels of the streaming engine, and where it starts: columns become waves."""
+"""The waves along the labels of the streaming engine, and their source."""
 
 from amaranth import *
 from amaranth.lib import data, stream, wiring
@@ -15,9 +15,9 @@ __all__ = ["Completion", "Issue", "Pixel", "VerticalWave", "Wave", "WaveSource"]
 
 
 class Wave(data.StructLayout):
-    """A column on its way along the labels: left at ``x``, right at ``x - d``; with all else that ``columns`` has of either side.
+    """A column at label ``d``: left at ``x``, right at ``x - d``; with the further fields that ``columns`` has of either side.
 
-    ``inside``: the right column lies in the picture; ``pre``: it is no column, but stands before a line. ``in_use``: labels in use, with
+    ``inside``: the right column lies in the picture; ``pre``: it is padding before a line. ``in_use``: labels in use, with
     or without ``valid``.
     """
     def __init__(self, config: MatcherConfig, columns: data.StructLayout):
@@ -28,23 +28,23 @@ class Wave(data.StructLayout):
 
 
 class Pixel(data.StructLayout):
-    """What the engine must know of a pixel beside its costs: grey levels of it and of the pixel below it, which neighbours exist."""
+    """A pixel's data apart from its costs: grey levels of it and of the pixel below it, which neighbours exist."""
     def __init__(self):
         super().__init__({"pixel": PIXEL_BITS, "lower": PIXEL_BITS, "has_upper": 1, "has_lower": 1, **FLAGS})
 
 
 class Completion(data.StructLayout):
-    """What a wave does besides advancing by one column.
+    """Effect of a wave beyond advancing by one column.
 
-    ``clear``: a line begins, its sums start from 0. ``complete``: it completes a pixel, or is a flush cycle, which only advances what
-    waits for pixels to be completed. ``starts_line``: that pixel is the first of its line, or padding. ``in_picture``: it is no padding.
+    ``clear``: a line begins, its sums start from 0. ``complete``: it completes a pixel, or is a flush cycle, which only advances
+    pixels in flight. ``starts_line``: that pixel is the first of its line, or padding. ``in_picture``: it is no padding.
     """
     def __init__(self):
         super().__init__({"clear": 1, "complete": 1, "starts_line": 1, "in_picture": 1})
 
 
 class VerticalWave(data.StructLayout):
-    """What joining costs of neighbouring lines must know of a wave, as the costs of the pixel that it completes are computed.
+    """A wave's data for joining costs of neighbouring lines, in step with the costs of the pixel that it completes.
 
     ``column`` of the line, and ``write``: there is such a pixel, its costs are kept. ``above`` and ``below``: the neighbour of the pixel
     above it is alike, see :func:`golden.matcher.vertical.alike`.
@@ -54,7 +54,7 @@ class VerticalWave(data.StructLayout):
 
 
 class Issue(data.StructLayout):
-    """What is issued to an array of costs in a cycle.
+    """The word issued to an array of costs in a cycle.
 
     ``wave``: the column. ``completion``, and ``store``: the completed pixel's costs are kept. ``pixel`` with ``pixel_valid``: the pixel
     above it, which can now be labelled. ``vertical``: with costs of neighbouring lines joined.
@@ -68,14 +68,14 @@ class Issue(data.StructLayout):
 class WaveSource(wiring.Component):
     """Turns lines of columns into waves for the array of costs: one before each line, its columns, one past it; edge replication.
 
-    The wave of column ``x`` completes pixel ``x - 1``. With it is issued, in one word, what concerns the array and what concerns the
-    labelling: the pixel above it, which has now all it needs.
+    The wave of column ``x`` completes pixel ``x - 1``. The word issued holds the data of both the array and the labelling:
+    the pixel above it, which can now be labelled.
 
-    An array may need pixels to the right of a pixel's own. The next line's pixels will do, for none of them counts; where no line
-    follows, or it would be too short, :attr:`flush_waves` flush cycles follow instead.
+    An array may need pixels to the right of the one completed. Those of the next line serve as padding; where no line follows, or a line
+    is too short, :attr:`flush_waves` flush cycles follow instead.
 
-    Where costs of neighbouring lines are joined, a pixel is completed a line later: what a wave completes is the pixel above its own,
-    what it lets label the one above that.
+    Where costs of neighbouring lines are joined, all this is a line later: a wave completes the pixel above its column, and the one above
+    that can be labelled.
 
     Timing: ``W + 2`` waves a line, one a cycle while ``go`` and ``i.valid``; ``o`` a cycle after the column was accepted.
 
@@ -113,7 +113,7 @@ class WaveSource(wiring.Component):
         before    = Signal.like(self.i.p, reset_less=True)  # the column whose pixel the next wave completes
         # One-hot counter of a frame's first lines; pixels without an upper neighbour start at its last state, before it none do.
         line = [Signal(name=f"line_{n}") for n in range(3 if self.joins else 2)]
-        # What a wave completes is below the picture.
+        # The pixel that a wave completes is below the picture.
         beneath = Signal() if self.joins else before.below
         issue = Signal()
         pre   = Signal()
@@ -172,22 +172,22 @@ class WaveSource(wiring.Component):
         waves = {"pre": pre, "left": now.left, "right": now.right, "inside": inside, **more}
         m.d.sync += [data_register(m, o.wave[field], f"wave_{field}").eq(value) for field, value in waves.items()]
 
-        # What it completes, and what it lets label.
+        # The pixel completed, and the pixel that can be labelled.
         store = emit & ~beneath
-        own, upper = before.left.line, before.left.minus
+        completed, upper = before.left.line, before.left.minus
         if self.joins:
             store &= ~line[0]
-            own, upper = before.left.minus, before.above
+            completed, upper = before.left.minus, before.above
             self._vertical(m, issue, emit, before, ~line[0] & ~line[1])
         labels = emit & ~Cat(line[:-1]).any()
         first  = Signal(init=1)  # the next pixel to be labelled is the first of its frame
         pixel  = data_register(m, o.pixel, "pixel")
         if self.supports:
-            m.d.sync += pixel.lower.eq(own)  # supports look at every pixel that is completed
+            m.d.sync += pixel.lower.eq(completed)  # supports need every pixel that is completed
         with m.If(issue & labels):
             m.d.sync += [
                 first.eq(before.end),
-                pixel.pixel.eq(upper), pixel.lower.eq(own),
+                pixel.pixel.eq(upper), pixel.lower.eq(completed),
                 pixel.has_upper.eq(~line[-1]), pixel.has_lower.eq(~beneath),
                 pixel.first.eq(first), pixel.last.eq(before.last), pixel.end.eq(before.end),
             ]
@@ -206,7 +206,7 @@ class WaveSource(wiring.Component):
         return m
 
     def _vertical(self, m, issue, emit, before, has_above):
-        """Tells which neighbours of the pixel above the array's line are alike."""
+        """Drives ``vertical``: which neighbours of the pixel above the array's line are alike."""
         threshold = self.join_threshold
         column = Signal(range(self.config.max_width))
         with m.If(issue):

@@ -32,7 +32,7 @@ def test_fraction_cell():
     steps = np.array([(before, 0, after) for before in range(17) for after in range(17)]) + 5
     sums = np.concatenate([list(sums_of(3, 2000, rng, config.method.data_max)), steps])
     complement = 2**config.data_bits - 1 - sums
-    out = run_clocked(FractionCell(config), [dict(zip(("before", "own", "after"), row)) for row in complement.tolist()], ["fraction"],
+    out = run_clocked(FractionCell(config), [dict(zip(("before", "centre", "after"), row)) for row in complement.tolist()], ["fraction"],
                       drain=FractionCell.LATENCY)
     expected = fraction(*sums.T)
     assert [word["fraction"] for word in out[FractionCell.LATENCY:]] == expected.tolist()
