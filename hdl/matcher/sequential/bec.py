@@ -22,8 +22,7 @@ class Bec(Stage):
 
     The golden models are :func:`golden.matcher.cost.matching_cost` and :func:`golden.matcher.cost.local_disparity`.
 
-    Timing: a pixel each :attr:`clocks_per_pixel` cycles; the costs stay in one register while the comparator tree works on them, so
-    that no delay line of ``D`` costs is needed. A pixel leaves after its right neighbour has come.
+    Timing: a pixel each :attr:`clocks_per_pixel` cycles, once its right neighbour has been accepted.
 
     Members
     -------
@@ -67,15 +66,16 @@ class Bec(Stage):
         wiring.connect(m, buffers.o, cost_energy.i)
         wiring.connect(m, cost_energy.o, edata.i)
 
-        # One bit walks beside the comparison; when it arrives, the tree shows the minimum of the costs that wait at its input.
+        # The costs are held in one register while the tree works on them, so that no delay line of `D` costs is needed; `age` is a shift
+        # register that tells when the tree's output is theirs.
         age = Signal(tree.latency)
-        taken = Signal()
+        accepted = Signal()
         m.d.comb += [
-            taken.eq(self.o.valid & self.o.ready),
+            accepted.eq(self.o.valid & self.o.ready),
             tree.i.eq(edata.o.p.cost), tree.enable.eq(1),
-            self.o.valid.eq(edata.o.valid & age[-1]), edata.o.ready.eq(taken),
+            self.o.valid.eq(edata.o.valid & age[-1]), edata.o.ready.eq(accepted),
             self.o.p.cost.eq(edata.o.p.cost), self.o.p.local.eq(tree.o.index),
             self.o.p.pixel.eq(edata.o.p.pixel), self.o.p.upper.eq(edata.o.p.upper), *copy_flags(self.o.p, edata.o.p),
         ]
-        m.d.sync += age.eq(Mux(taken, 0, Cat(edata.o.valid, age)))
+        m.d.sync += age.eq(Mux(accepted, 0, Cat(edata.o.valid, age)))
         return m

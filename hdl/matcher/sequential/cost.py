@@ -23,18 +23,18 @@ class SubPixelSet(data.StructLayout):
         super().__init__({part: range(config.method.matching_cost.sub_pixel_max + 1) for part in self.PARTS})
 
 
-# What travels beside the arithmetic. `beyond` marks the column one past the line: it completes the pixel before it and is none itself.
-_BESIDE = {"pixel": PIXEL_BITS, "upper": PIXEL_BITS, "beyond": 1, **FLAGS}
+# Fields that the arithmetic passes on. `beyond` marks the column one past the line: padding, which completes the pixel before it.
+_PASSED = {"pixel": PIXEL_BITS, "upper": PIXEL_BITS, "beyond": 1, **FLAGS}
 
 
-def _copy_beside(target: data.View, source: data.View) -> list[Any]:
-    return [target[name].eq(source[name]) for name in _BESIDE]
+def _copy_passed(target: data.View, source: data.View) -> list[Any]:
+    return [target[name].eq(source[name]) for name in _PASSED]
 
 
 class SubPixelWord(data.StructLayout):
-    """Sub-pixels of both pictures at one ``x``, beside the left pixel and the one above it in grey levels."""
+    """Sub-pixels of both pictures at one ``x``; the left pixel and the one above it in grey levels."""
     def __init__(self, config: MatcherConfig):
-        super().__init__({"left": SubPixelSet(config), "right": SubPixelSet(config), **_BESIDE})
+        super().__init__({"left": SubPixelSet(config), "right": SubPixelSet(config), **_PASSED})
 
 
 class BuffersWord(data.StructLayout):
@@ -44,17 +44,17 @@ class BuffersWord(data.StructLayout):
             "left": SubPixelSet(config),
             "right": data.ArrayLayout(SubPixelSet(config), config.labels),
             "inside": config.labels,
-            **_BESIDE,
+            **_PASSED,
         })
 
 
 class CostWord(data.StructLayout):
-    """For every label the four differences that a pixel has of its own, as :class:`SubPixelSet` names them."""
+    """For every label the four differences of a column, as :class:`SubPixelSet` names them."""
     def __init__(self, config: MatcherConfig):
         super().__init__({
             "cost": data.ArrayLayout(SubPixelSet(config), config.labels),
             "inside": config.labels,
-            **_BESIDE,
+            **_PASSED,
         })
 
 
@@ -70,7 +70,7 @@ class EdataWord(data.StructLayout):
 
 
 class _Stage(wiring.Component):
-    """A pipeline stage: takes a word whenever its own is taken or absent."""
+    """A pipeline stage: accepts a word whenever its output is accepted or empty."""
     def __init__(self, config: MatcherConfig, i: ShapeLike, o: ShapeLike, **plain: Member):
         self.config = config
         super().__init__({"i": In(stream.Signature(i)), "o": Out(stream.Signature(o)), **plain})
@@ -118,8 +118,8 @@ class SubPixels(_Stage):
                 ]
                 for side in ("left", "right"):
                     column, parts = now[side], self.o.p[side]
-                    beside = Mux(start, column.line, before[side].line)
-                    for part, other in (("pixel", column.line), ("above", column.minus), ("below", column.plus), ("left", beside)):
+                    left = Mux(start, column.line, before[side].line)
+                    for part, other in (("pixel", column.line), ("above", column.minus), ("below", column.plus), ("left", left)):
                         total = column.line + other
                         m.d.sync += parts[part].eq(total >> 1 if halve else total)
         return m
@@ -128,7 +128,7 @@ class SubPixels(_Stage):
 class SubPixelBuffers(_Stage):
     """Buffers that pass the right picture's sub-pixels from disparity to disparity (thesis figure 21).
 
-    What label ``d`` compared at ``x`` label ``d + 1`` compares at ``x + 1``: each sub-pixel is computed once. The golden model is
+    Label ``d + 1`` compares at ``x + 1`` the sub-pixels that label ``d`` compared at ``x``: each is computed once. The golden model is
     :func:`golden.matcher.cost.sub_pixel_buffers`. Labels that are not in use count as outside the picture.
 
     Timing: latency :attr:`LATENCY` cycle; a word a cycle; ``i.ready`` depends combinationally on ``o.ready``.
@@ -155,7 +155,7 @@ class SubPixelBuffers(_Stage):
         with m.If(self.i.ready):
             m.d.sync += self.o.valid.eq(self.i.valid)
         with m.If(self.i.ready & self.i.valid):
-            m.d.sync += [start.eq(self.i.p.beyond), self.o.p.left.eq(self.i.p.left), *_copy_beside(self.o.p, self.i.p)]
+            m.d.sync += [start.eq(self.i.p.beyond), self.o.p.left.eq(self.i.p.left), *_copy_passed(self.o.p, self.i.p)]
             m.d.sync += [self.o.p.right[0].eq(self.i.p.right), *(self.o.p.right[d].eq(self.o.p.right[d - 1]) for d in range(1, labels))]
             m.d.sync += reached.eq(Mux(start, 1, Cat(Const(1, 1), reached)))
             with m.If(self.i.p.first):
@@ -185,7 +185,7 @@ class CostEnergy(_Stage):
         m = Module()
         m.d.comb += self.i.ready.eq(~self.o.valid | self.o.ready)
         with m.If(self.i.ready):
-            m.d.sync += [self.o.valid.eq(self.i.valid), self.o.p.inside.eq(self.i.p.inside), *_copy_beside(self.o.p, self.i.p)]
+            m.d.sync += [self.o.valid.eq(self.i.valid), self.o.p.inside.eq(self.i.p.inside), *_copy_passed(self.o.p, self.i.p)]
             for d in range(self.config.labels):
                 for part in SubPixelSet.PARTS:
                     left, right = self.i.p.left[part], self.i.p.right[d][part]
@@ -196,13 +196,13 @@ class CostEnergy(_Stage):
 class Edata(_Stage):
     """Matching cost of every label, equation (2-12) (thesis figure 23); the golden model is :func:`golden.matcher.cost.edata`.
 
-    Four differences are a pixel's own, the fifth is the ``left`` one of the next word. A label whose right pixel lies outside the
-    picture gets the greatest cost that the width holds (:attr:`golden.config.MatcherConfig.cost_outside`).
+    Four differences are those of the pixel's word, the fifth is the ``left`` one of the next word. A label whose right pixel lies
+    outside the picture has the greatest cost that the width holds (:attr:`golden.config.MatchingCost.outside`).
 
     Width: exact; a cost is at most ``config.method.matching_cost.inside_max``.
 
-    Timing: a pixel leaves one cycle after its successor came, hence :attr:`LATENCY`; a word a cycle; ``i.ready`` depends
-    combinationally on ``o.ready``.
+    Timing: latency :attr:`LATENCY` cycles, as a pixel is output one cycle after its successor was accepted; a word a cycle;
+    ``i.ready`` depends combinationally on ``o.ready``.
 
     Members
     -------
@@ -217,20 +217,21 @@ class Edata(_Stage):
     def elaborate(self, platform: object) -> Module:
         m = Module()
         config = self.config
-        own       = Signal(EdataWord(config), reset_less=True)  # a pixel without its fifth difference
-        own_valid = Signal()
-        inside    = Signal(config.labels, reset_less=True)
+        partial       = Signal(EdataWord(config), reset_less=True)  # a pixel without its fifth difference
+        partial_valid = Signal()
+        inside        = Signal(config.labels, reset_less=True)
 
-        m.d.comb += self.i.ready.eq(~own_valid | ~self.o.valid | self.o.ready)
+        m.d.comb += self.i.ready.eq(~partial_valid | ~self.o.valid | self.o.ready)
         with m.If(self.o.ready):
             m.d.sync += self.o.valid.eq(0)
         with m.If(self.i.ready & self.i.valid):
-            m.d.sync += [own_valid.eq(~self.i.p.beyond), inside.eq(self.i.p.inside)]
-            m.d.sync += [own.pixel.eq(self.i.p.pixel), own.upper.eq(self.i.p.upper), *copy_flags(own, self.i.p)]
+            m.d.sync += [partial_valid.eq(~self.i.p.beyond), inside.eq(self.i.p.inside)]
+            m.d.sync += [partial.pixel.eq(self.i.p.pixel), partial.upper.eq(self.i.p.upper), *copy_flags(partial, self.i.p)]
             for d, cost in enumerate(self.i.p.cost):
-                m.d.sync += own.cost[d].eq((cost.pixel + cost.above) + (cost.below + cost.left))
-            with m.If(own_valid):
-                m.d.sync += [self.o.valid.eq(1), self.o.p.pixel.eq(own.pixel), self.o.p.upper.eq(own.upper), *copy_flags(self.o.p, own)]
+                m.d.sync += partial.cost[d].eq((cost.pixel + cost.above) + (cost.below + cost.left))
+            with m.If(partial_valid):
+                m.d.sync += [self.o.valid.eq(1), self.o.p.pixel.eq(partial.pixel), self.o.p.upper.eq(partial.upper)]
+                m.d.sync += copy_flags(self.o.p, partial)
                 for d, cost in enumerate(self.i.p.cost):
-                    m.d.sync += self.o.p.cost[d].eq(Mux(inside[d], own.cost[d] + cost.left, config.method.matching_cost.outside))
+                    m.d.sync += self.o.p.cost[d].eq(Mux(inside[d], partial.cost[d] + cost.left, config.method.matching_cost.outside))
         return m

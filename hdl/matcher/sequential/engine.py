@@ -22,7 +22,7 @@ class CostSummation(wiring.Component):
 
     The golden model is :func:`golden.matcher.labelling.cost_summation`.
 
-    Smooth2 and Smooth3 are known long before Smooth1, which waits for the disparity of the pixel before: they are added first.
+    Smooth2 and Smooth3 are known long before Smooth1, which needs the disparity of the pixel before: they are added first.
 
     Width: exact; an energy is at most ``config.energy_max``.
 
@@ -63,10 +63,9 @@ class CostSummation(wiring.Component):
 class SequentialEngine(wiring.Component):
     """Graph cut implementation block (thesis figures 25, 26): disparities by rule (2-15), all labels of a pixel at once.
 
-    The golden model is :func:`golden.matcher.labelling.labelling`. As BEC finishes pixel ``(x, y+1)``, the pixel above it has all that
-    the rule
-    asks for: its costs from the Edata memory, the disparity above it from a line memory, ``b(x, y+1)`` from BEC, and the disparity to
-    its left from the pixel before. The last line follows when BEC has finished; it has no lower neighbour.
+    The golden model is :func:`golden.matcher.labelling.labelling`. With ``b(x, y+1)`` from BEC the pixel above it can be
+    labelled: its costs are in the Edata memory, the disparity above it in a line memory, and that to its left is the one before. The last
+    line is labelled without BEC; it has no lower neighbour.
 
     The main controller is two small machines. The *feeder* fetches a pixel and starts Smooth2 and Smooth3 while the *loop* still works
     on the pixel before. The loop, ``f(x-1) -> Smooth1 -> summation -> comparison -> f(x)``, sets the rate.
@@ -121,17 +120,17 @@ class SequentialEngine(wiring.Component):
     def latency_clocks(self, lines: int, line_clocks: int) -> int:
         """Bound of a disparity's latency beyond ``lines`` lines of :attr:`clocks_per_pixel` a pixel, in cycles, behind line store and BEC.
 
-        What waits in the Plus Line FIFO and in BEC's five stages goes at the pace of the loop; each of three line starts costs BEC's
-        and the feeder's pipelines once more, one of them beyond BEC's own latency, and a frame's first line waits for the look-up tables.
+        The pixels in the Plus Line FIFO and in BEC's five stages advance at the rate of the loop; each of three line starts costs BEC's
+        and the feeder's latency once more, and a frame's first line may wait for the look-up tables.
         """
         assert self.bec
         waiting = (LineStore.PLUS_DEPTH + 8) * self.clocks_per_pixel
         return waiting + 2 * self.bec.latency + 6 * self.clocks_per_pixel
 
     def frame_clocks(self, width: int, height: int, lines_above: int, line_clocks: int) -> int:
-        """Cycles from one frame's first disparity to the next one's, if pixels are offered and disparities taken without a pause.
+        """Cycles from one frame's first disparity to the next one's, if neither ``i`` nor ``o`` stalls.
 
-        The first line fills the Edata memory at BEC's pace, or as the look-up tables are filled; then a line is labelled as the one
+        The first line fills the Edata memory at BEC's rate, or while the look-up tables are filled; then a line is labelled as the one
         below it arrives. Exact from two lines on; a single line takes two cycles less.
         """
         assert self.bec
@@ -162,11 +161,11 @@ class SequentialEngine(wiring.Component):
         m.submodules.summation = summation = CostSummation(config)
         m.submodules.comparison = tree = self.tree
 
-        # Feeder: fetches pixel (x, y) with `take`. What it fetched stands from the next cycle on until the next `take`.
+        # Feeder: fetches pixel (x, y) with `take`. The fetched word is valid from the next cycle until the next `take`.
         take    = Signal()
         x       = Signal(x_shape)
         width   = Signal(x_shape)   # less one
-        row_one = Signal()          # the line in BEC is line 1: the one it lets out has none above it
+        row_one = Signal()          # the line in BEC is line 1: the one labelled has none above it
         fed       = Signal()        # a pixel is fetched and its loop has not begun
         fed_x     = Signal(x_shape, reset_less=True)
         fed_flags = Signal(data.StructLayout(FLAGS), reset_less=True)
@@ -177,11 +176,11 @@ class SequentialEngine(wiring.Component):
         has_lower = Signal(reset_less=True)
         before    = Signal(PIXEL_BITS, reset_less=True)
 
-        # Loop: `start` when the fetched pixel's early terms will be there in time, then one cycle for each phase.
+        # Loop: `start` as soon as the fetched pixel's early terms are ready in time, then one cycle for each phase.
         start = Signal()
         busy  = Signal()
         phase = Signal(range(self.clocks_per_pixel))
-        done  = Signal()            # the disparity stands at the tree's output since this cycle
+        done  = Signal()            # the disparity is at the tree's output from this cycle on
         at_x  = Signal(x_shape, reset_less=True)
         idle  = Signal()
         m.d.comb += idle.eq(~busy & ~done & ~fed)
@@ -193,7 +192,7 @@ class SequentialEngine(wiring.Component):
         for name, smooth in (("u1", smooth1), ("u2", smooth2), ("u3", smooth3)):
             weight = Signal(WEIGHT_BITS, name=f"{name}_of_frame", reset_less=True)
             weights.append(weight.eq(getattr(self, name)))
-            # A look-up table takes its weight with `fill`, the cycle that samples it.
+            # A look-up table needs its weight with `fill`, in the cycle that samples it.
             m.d.comb += [smooth.weight.eq(Mux(fill, getattr(self, name), weight)), smooth.fill.eq(fill)]
 
         m.d.comb += [
@@ -202,7 +201,7 @@ class SequentialEngine(wiring.Component):
             result_read.addr.eq(x), result_read.en.eq(take),
         ]
         can_take = Signal()
-        # Smooth3 reads its look-up table right after: a frame whose first line is short waits for the tables.
+        # Smooth3 reads its look-up table a cycle later: a frame whose first line is short waits for the tables.
         m.d.comb += can_take.eq(Mux(x == 0, idle & filled, ~fed))
         flush = Signal()
 
@@ -238,7 +237,7 @@ class SequentialEngine(wiring.Component):
                         m.d.sync += x.eq(0)
                         m.next = "first line"
 
-        # Early terms start right after `take`; `lead` cycles later they will meet those of the loop if it starts then.
+        # Early terms start a cycle after `take`. A loop that starts `lead` cycles later is in step with them.
         lead = Smooth.PIXEL_LATENCY + CostSummation.EARLY_LATENCY - Smooth.LATENCY - CostSummation.LATENCY
         age = Signal(lead)
         early_read = Signal()
@@ -256,7 +255,7 @@ class SequentialEngine(wiring.Component):
         m.d.comb += [
             smooth1.label.eq(tree.o.index), smooth1.read.eq(start),
             smooth1.pixel.eq(pixel), smooth1.neighbour.eq(before), smooth1.present.eq(has_left),
-            # Outside the picture there is no label: neither an unwritten word nor an idle payload may reach a table's address.
+            # A neighbour outside the picture has no label: neither an unwritten word nor an idle payload may reach a table's address.
             smooth2.label.eq(Mux(has_upper, result_read.data, 0)), smooth2.read.eq(early_read),
             smooth2.pixel.eq(pixel), smooth2.neighbour.eq(edata_memory.o.upper), smooth2.present.eq(has_upper),
             smooth3.label.eq(Mux(has_lower, fed_local, 0)), smooth3.read.eq(early_read),
@@ -267,7 +266,7 @@ class SequentialEngine(wiring.Component):
         ]
 
         # Loop. `phase` counts cycles since `start`. The disparity stays at the tree's output, and with it the word at `o`, until the
-        # next one replaces it; so a pixel starts only when the word of the one before is taken.
+        # next one replaces it; so a pixel starts only once the word of the one before is accepted.
         last_phase = Signal()
         m.d.comb += [
             start.eq(fed & age[-1] & ~busy & (~self.o.valid | self.o.ready)),

@@ -28,7 +28,7 @@ class LookUpTable(wiring.Component):
     read : In(1)
     row : Out(row_layout)
     weight : In(WEIGHT_BITS)
-        Of no concern in LINEAR.
+        Ignored in LINEAR.
     fill : In(1)
     filled : Out(1)
     """
@@ -81,7 +81,7 @@ class LookUpTable(wiring.Component):
             with m.Else():
                 # u, 2u, ... enter at label D-1: each shift makes the row before.
                 m.d.sync += [row[-1].eq(multiple), *(row[d].eq(row[d + 1]) for d in range(labels - 1))]
-        # The row that stands after `labels` steps is the last; one more step, one row less.
+        # After `labels` steps the row is the last one; each further step makes the row before.
         m.d.comb += [
             write_port.addr.eq(2 * labels - 1 - step), write_port.data.eq(row),
             write_port.en.eq((step >= labels) & ~self.filled),
@@ -92,15 +92,15 @@ class LookUpTable(wiring.Component):
 class Smooth(wiring.Component):
     """Smoothness energy (2-13) of all labels against one neighbour (thesis figures 27 .. 29: Smooth1, Smooth2, Smooth3).
 
-    The golden model is :func:`golden.matcher.smooth.smooth`. THESIS: ``(256*k*u - k*u*dI) >> 8``, floor, taken as
+    The golden model is :func:`golden.matcher.smooth.smooth`. THESIS: ``(256*k*u - k*u*dI) >> 8``, floor, computed as
     ``(k*u * (256 - dI)) >> 8``: the same number, with one difference for all labels instead of one each. LINEAR:
     ``k * ((2*u*(256 - dI) << q) >> 8)``; the slope's product is made of shifted additions, so that multipliers serve labels only.
-    A neighbour that is not ``present`` counts as one that differs by 256, and adds nothing.
+    The energy of a neighbour that is not ``present`` is 0.
 
     Width: a product is exact; a term is at most ``config.smooth_max``.
 
     Timing: ``label`` is read with ``read``, and ``energy`` follows :attr:`LATENCY` cycles later. ``pixel``, ``neighbour``, ``present``
-    and ``weight`` must stand :attr:`PIXEL_LATENCY` cycles before ``energy`` is taken. Nothing is held but the look-up table's row.
+    and ``weight`` must be valid :attr:`PIXEL_LATENCY` cycles before ``energy`` is used. Only the look-up table's row is held.
 
     Multipliers: one a label.
 
