@@ -1,4 +1,4 @@
-"""The second method: the matching cost fused with a census, summed over supports, labelled by the same rule, then refined."""
+"""The method ``Fused``: the matching cost fused with a census, summed over supports, labelled by the disparity rule, then refined."""
 
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, replace
@@ -108,14 +108,14 @@ class Vertical:
 
 @dataclass(frozen=True)
 class Refinement:
-    """What follows the rule. A stage that is off hands its input on.
+    """Stages after the labelling. A stage that is off passes its input on.
 
     Parameters
     ----------
     check : bool
         Left-right check; off, every pixel passes.
     fill : bool
-        Pixels that fail the check take a disparity from their scanline.
+        Pixels that fail the check are given a disparity from their scanline.
     median : bool
         Median of the disparities.
     sub_pixel : bool
@@ -142,7 +142,7 @@ class Refinement:
 
 @dataclass(frozen=True)
 class Fused:
-    """Parameters of the second method; the defaults are the set :data:`FUSED_1`.
+    """Parameters of the method; the defaults are the set :data:`FUSED_1`.
 
     Parameters
     ----------
@@ -185,7 +185,7 @@ class Fused:
 
     @property
     def engines(self) -> tuple[Engine, ...]:
-        """Its sums are made by the streaming engine's array only."""
+        """The streaming engine only."""
         return (Engine.STREAMING,)
 
     @property
@@ -205,7 +205,7 @@ class Fused:
 
     @property
     def energy_scale(self) -> int:
-        """What a support sum is multiplied by to enter the energy."""
+        """Factor of a support sum in the energy."""
         return 1 << self.energy_shift
 
     @property

@@ -1,4 +1,4 @@
-"""Numbers and words that every method shares: pixels, weights, number formats, engines, settings."""
+"""Definitions that all methods share: pixels, weights, number formats, engines, settings."""
 
 import enum
 from collections.abc import Mapping

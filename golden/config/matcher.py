@@ -17,7 +17,7 @@ M = TypeVar("M")
 
 @dataclass(frozen=True)
 class MatcherConfig:
-    """Size, engine and method of a matcher. What a method does not read cannot be given: its parameters are its own.
+    """Size, engine and method of a matcher. The parameters of the method are in ``method``, so that none is given that it ignores.
 
     Parameters
     ----------
@@ -28,7 +28,7 @@ class MatcherConfig:
     minimum : int
         Least disparity ``m``, pixels: label ``l`` is the disparity ``m + l``.
     in_use : int or None
-        Labels in use, ``0 .. in_use - 1``: those above cost what a candidate outside the picture does. ``None``: all. Build-time default
+        Labels in use, ``0 .. in_use - 1``: those above have the cost of a candidate outside the picture. ``None``: all. Build-time default
         of the gateware's input.
     engine : Engine or None
         Which gateware; ``None`` becomes the first of the method's.
@@ -95,7 +95,7 @@ class MatcherConfig:
 
     @property
     def settings(self) -> Mapping[str, Setting]:
-        """What the host may set from frame to frame, by name: the labels in use, and what the method adds."""
+        """What the host may set from frame to frame, by name: the labels in use, and the settings of the method."""
         in_use = Setting(2**IN_USE_BITS - 1, self.labels_in_use, "labels in use: disparities from 0 to one less", 1, "labels")
         settings = dict(self.method.settings(self.minimum))
         weights = {name: settings.pop(name) for name in self.method.weights._fields}

@@ -1,4 +1,4 @@
-"""What every method answers, and how its parameters are changed by name."""
+"""The interface of a method, and its parameters by name."""
 
 import dataclasses
 from collections.abc import Mapping
@@ -39,7 +39,7 @@ class Method(Protocol):
 
     @property
     def energy_scale(self) -> int:
-        """What a data term is multiplied by to enter the energy."""
+        """Factor of a data term in the energy."""
 
     @property
     def data_max(self) -> int:
@@ -65,10 +65,10 @@ class Method(Protocol):
         """Fields of a result, ``disparity`` first, and their bits."""
 
     def settings(self, minimum: int) -> Mapping[str, Setting]:
-        """What the host may set beside the labels in use, by name; ``minimum`` is the least disparity that was built in."""
+        """Settings other than the labels in use, by name; ``minimum`` is the least disparity that was built in."""
 
     def with_settings(self, values: Mapping[str, int]) -> "Method":
-        """The method that computes what the gateware does once those of its settings are set."""
+        """The method of the gateware once its settings have these values."""
 
     def about(self) -> Mapping[str, Any]:
         """All parameters for reports, as JSON can hold them."""
@@ -114,8 +114,8 @@ def changed(method: M, **values: Any) -> M:
             raise ValueError(f"{name} is no parameter of the method {method.name}; "  # type: ignore[attr-defined]
                              f"those are {', '.join(homes)}")
         parts.setdefault(homes[name], {})[name] = value
-    own = parts.pop("", {})
+    direct = parts.pop("", {})
     for home, inside in parts.items():
-        part = own.get(home, getattr(method, home))
-        own[home] = part._replace(**inside) if hasattr(part, "_fields") else dataclasses.replace(part, **inside)
-    return dataclasses.replace(method, **own)  # type: ignore[type-var]
+        part = direct.get(home, getattr(method, home))
+        direct[home] = part._replace(**inside) if hasattr(part, "_fields") else dataclasses.replace(part, **inside)
+    return dataclasses.replace(method, **direct)  # type: ignore[type-var]

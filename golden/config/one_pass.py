@@ -53,7 +53,7 @@ class OnePass:
 
     @property
     def energy_scale(self) -> int:
-        """What the matching cost is multiplied by to enter the energy.
+        """Factor of the matching cost in the energy.
 
         ``FLOAT`` computes 255 times the energy of (2-15): every term is then a multiple of one half, float64 holds it exactly and
         ties are ties. With ``dI / 255`` rounded, ties fall either way: measured, bad pixels move by up to 0.03 points.

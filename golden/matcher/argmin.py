@@ -1,4 +1,4 @@
-"""The minimum of many values and where it stands."""
+"""The minimum of many values and its index."""
 
 import numpy as np
 

@@ -10,7 +10,7 @@ __all__ = ["cost_energy", "delayed", "edata", "local_disparity", "matching_cost"
 
 
 def delayed(right, minimum):
-    """The right picture moved to the right by the least disparity, so that label 0 meets its match; the first pixel is repeated.
+    """The right picture shifted to the right by the least disparity, so that label 0 is at the same ``x``; the first pixel is replicated.
 
     The last ``minimum`` columns are lost: no pixel of the left picture matches them.
 
@@ -49,8 +49,8 @@ def sub_pixels(picture, config: MatcherConfig):
     """A pixel with the sub-pixels above, below and to its left, equations (2-3) .. (2-5).
 
     ``LINEAR`` keeps the sums, hence doubles the pixel itself; ``THESIS`` halves with floor; ``FLOAT`` halves exactly.
-    A pixel outside the picture repeats its nearest picture pixel. The sub-pixel to the right of ``x`` (2-6) is the one to the
-    left of ``x+1``; column ``W`` of the result is there for it.
+    The edges of the picture are replicated. The sub-pixel to the right of ``x`` (2-6) is the one to the
+    left of ``x+1``; column ``W`` of the result holds the last one.
 
     Parameters
     ----------
@@ -81,7 +81,7 @@ def sub_pixels(picture, config: MatcherConfig):
 
 
 def sub_pixel_buffers(line, labels):
-    """The right picture's parts as every label sees them: ``line(x - d)``; the first pixel where ``x - d`` is outside.
+    """The right picture's parts for every label: ``line(x - d)``; the first pixel where ``x - d`` is outside.
 
     Parameters
     ----------
@@ -110,7 +110,7 @@ def cost_energy(left, right):
     Parameters
     ----------
     left, right : sequences of ndarray
-        As :func:`sub_pixels` gives them; shapes must broadcast.
+        Of :func:`sub_pixels`; shapes must broadcast.
 
     Returns
     -------
@@ -126,7 +126,7 @@ def edata(costs):
     Parameters
     ----------
     costs : four (W + 1, D) ndarrays
-        Of pixel, above, below and left, as :func:`cost_energy` gives them.
+        Of pixel, above, below and left, of :func:`cost_energy`.
 
     Returns
     -------

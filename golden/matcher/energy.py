@@ -1,4 +1,4 @@
-"""The energy of a labelling, apart from whatever minimises it."""
+"""The energy of a labelling, whichever algorithm minimises it."""
 
 import numpy as np
 
@@ -13,7 +13,7 @@ def energy(labels, cost, left, config: MatcherConfig):
     """Energy of a labelling: matching costs plus the three smoothness terms (2-13) of every pixel.
 
     Each horizontal pair of neighbours counts once, with ``u1``; each vertical pair twice, with ``u2`` seen from below and with
-    ``u3`` seen from above, as in the rule (2-15), but with the lower neighbour's own label in place of its local disparity.
+    ``u3`` seen from above, as in the rule (2-15), but with the label of the lower neighbour in place of its local disparity.
 
     Parameters
     ----------

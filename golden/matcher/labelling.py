@@ -43,7 +43,7 @@ def scan(cost, local, weights, scale=1, shift=0):
     ----------
     cost : (H, W, D) ndarray
     local : (H, W) integer ndarray
-        Local disparities, which the lower neighbour counts by; labels.
+        Local disparities, labels: those of the lower neighbours enter the energy.
     weights : (3, H, W) ndarray
         Slopes to the left, upper and lower neighbour; 0 where it is outside the picture. float64 computes in float64.
     scale, shift : int
@@ -67,7 +67,7 @@ def scan(cost, local, weights, scale=1, shift=0):
     below[:-1] = local[1:]
     below = np.pad(below, padding).ravel()
     weight = [np.pad(part, padding).ravel() for part in weights]
-    result = np.zeros(stride * (height + 1), dtype=np.int32)  # the extra row stands above the picture
+    result = np.zeros(stride * (height + 1), dtype=np.int32)  # the extra row is above the picture
 
     for diagonal in range(width + height - 1):
         y0, y1 = max(0, diagonal - width + 1), min(height - 1, diagonal)
@@ -78,15 +78,15 @@ def scan(cost, local, weights, scale=1, shift=0):
         source = slice(y0 * width + diagonal - y0, None, width - 1) if width > 1 else slice(y0, None)
         energy = cost.reshape(-1, labels)[source][:count].astype(number)
         energy *= scale
-        own = slice(start + stride, start + stride + count * (stride - 1), stride - 1)
-        before = slice(own.start - 1, own.stop - 1, own.step)
+        centre = slice(start + stride, start + stride + count * (stride - 1), stride - 1)
+        before = slice(centre.start - 1, centre.stop - 1, centre.step)
         for neighbour, w in zip((result[before], result[at], below[at]), weight, strict=True):
             term = distance[neighbour]
             term *= w[at, None]
             if shift:
                 term >>= shift
             energy += term
-        result[own] = np.argmin(energy, axis=1)
+        result[centre] = np.argmin(energy, axis=1)
     return result.reshape(height + 1, stride)[1:, 1:].copy()
 
 
@@ -129,7 +129,7 @@ def cost_summation(cost, s1, s2, s3, config: MatcherConfig):  # type: ignore[no-
 
 
 def transition(energy, slope):  # type: ignore[no-untyped-def]
-    """The answer for every label that the left neighbour may have: ``T(p) = argmin_d energy(d) + slope * |d - p|``.
+    """The result for every label that the left neighbour may have: ``T(p) = argmin_d energy(d) + slope * |d - p|``.
 
     Evaluated directly; the smaller disparity on a tie. ``T`` is monotone and idempotent.
 
@@ -157,7 +157,7 @@ def transition(energy, slope):  # type: ignore[no-untyped-def]
 
 
 def match(left, right, config: MatcherConfig):
-    """Disparities of a rectified pair, as the matcher of ``config`` computes them; :func:`golden.matcher.fused.match` has the other cost.
+    """Disparities of a rectified pair, by the method :class:`golden.config.OnePass`.
 
     Parameters
     ----------
@@ -181,7 +181,7 @@ def labelling_plain(cost, local, left, config: MatcherConfig):
     result = np.zeros((height, width), dtype=np.int32)
     for y in range(height):
         for x in range(width):
-            # (label of the neighbour, its grey level, weight); a neighbour outside the picture adds nothing.
+            # (label of the neighbour, its grey level, weight); a neighbour outside the picture has no term.
             neighbours = []
             if x > 0:
                 neighbours.append((result[y, x - 1], left[y, x - 1], config.method.weights.u1))

@@ -1,4 +1,4 @@
-"""What the line memories hold: the lines around a pixel, and the costs of the line above."""
+"""Contents of the line memories: the lines around a pixel, and the costs of the line above."""
 
 import numpy as np
 
@@ -7,9 +7,8 @@ __all__ = ["edata_memory", "line_store"]
 
 
 def line_store(picture, rows=3):
-    """The pixels at ``(x, y-1)``, ``(x, y)``, ``(x, y+1)`` of every pixel; lines outside the picture repeat the nearest.
-
-    More rows go as far up as down.
+    """The pixels at ``(x, y-1)``, ``(x, y)``, ``(x, y+1)`` of every pixel, with edge replication; with more rows as many above
+    as below.
 
     Parameters
     ----------

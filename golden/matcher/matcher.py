@@ -24,12 +24,12 @@ def _fused(left: NDArray[Any], right: NDArray[Any], config: MatcherConfig) -> Fi
     return {"disparity": result.disparity, "passed": result.passed, "confidence": result.confidence}
 
 
-#: Method to the function that gives its result's fields; a method of somebody else's adds its own.
+#: Method to the function that gives its result's fields; a further method adds a row.
 MATCHERS: dict[type, Callable[[NDArray[Any], NDArray[Any], MatcherConfig], Fields]] = {OnePass: _one_pass, Fused: _fused}
 
 
 def match(left, right, config: MatcherConfig) -> Fields:
-    """All that the method of ``config`` gives for a rectified pair: the gateware's output words, field by field.
+    """Result of the method of ``config`` for a rectified pair: the gateware's output words, field by field.
 
     Parameters
     ----------

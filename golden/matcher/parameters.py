@@ -1,4 +1,4 @@
-"""Parameters of the fused cost, by name or in files."""
+"""Parameters of the method :class:`golden.config.Fused`, by name or in files."""
 
 import os
 import tomllib
@@ -22,7 +22,7 @@ NAMED = {"fused-1": FUSED_1, "fused-2": FUSED_2, "fused-3": FUSED_3}
 def read_parameters(path: str | os.PathLike[str]) -> Fused:
     """The set of that name of :data:`NAMED`, or the parameters in the table ``[fused]`` of a TOML file.
 
-    What a file does not name is that of *fused-1*. :class:`UserError` if it is neither.
+    Parameters that the file does not name are those of *fused-1*. :class:`UserError` if it is neither.
     """
     path = Path(path)
     if str(path) in NAMED:
@@ -46,9 +46,9 @@ def read_parameters(path: str | os.PathLike[str]) -> Fused:
         raise UserError(f"{path}: {error}; correct the file") from None
 
 
-def write_parameters(path: str | os.PathLike[str], params: Fused, note: str) -> None:
+def write_parameters(path: str | os.PathLike[str], parameters: Fused, note: str) -> None:
     """Write parameters for :func:`read_parameters`, below a line of comment for each line of ``note``."""
     lines = [*(f"# {line}" for line in note.splitlines()), f"[{TABLE}]"]
-    lines += [f"{name} = {value_of(params, name)}" for name in Fused.LIMITS]
+    lines += [f"{name} = {value_of(parameters, name)}" for name in Fused.LIMITS]
     with atomic(path) as file:
         file.write("".join(f"{line}\n" for line in lines).encode())

@@ -1,4 +1,4 @@
-"""Refinement of labels: right view, left-right check, fill, median. Each is on its own."""
+"""Refinement of labels: right view, left-right check, fill, median. Each is independent of the others."""
 
 import numpy as np
 from numpy.lib.stride_tricks import as_strided, sliding_window_view
@@ -63,7 +63,7 @@ def check(labels, right, config: MatcherConfig):
 def fill(labels, passed):
     """Labels where the check passed, and elsewhere the smaller of the nearest passing labels to the left and to the right on the line.
 
-    The one that exists if only one does; a pixel on a line without any keeps its own.
+    The one that exists if only one does; on a line without any, labels are kept.
 
     Parameters
     ----------
@@ -90,7 +90,7 @@ def fill(labels, passed):
 
 
 def median(labels, size):
-    """Median of the window of ``size`` x ``size`` around every pixel; a pixel outside the picture repeats its nearest picture pixel.
+    """Median of the window of ``size`` x ``size`` around every pixel, with edge replication.
 
     Parameters
     ----------

@@ -56,10 +56,10 @@ def smooth(distance, difference, weight, config: MatcherConfig):
 
 
 def cones(upper, lower, w1, w2, w3, config: MatcherConfig):  # type: ignore[no-untyped-def]
-    """What an upward pass over the labels adds to the matching cost: two cones, less a ramp.
+    """Term that an upward pass over the labels adds to the matching cost: two cones, less a ramp.
 
-    ``w2*|d - upper| + w3*|d - lower| - w1*d``: the smoothness against the upper and the lower neighbour, kept less ``w1*d`` so that a
-    label passes to the next for nothing.
+    ``w2*|d - upper| + w3*|d - lower| - w1*d``: the smoothness against the upper and the lower neighbour, less ``w1*d`` so that the
+    recursion adds nothing from label to label.
 
     Parameters
     ----------

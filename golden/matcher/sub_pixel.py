@@ -24,23 +24,23 @@ def neighbouring_sums(sums, labels):
 
     Returns
     -------
-    before, own, after : (H, W) ndarray
+    before, centre, after : (H, W) ndarray
     """
     near = np.clip(labels[..., None] + np.arange(-1, 2), 0, sums.shape[-1] - 1)
     return tuple(np.moveaxis(np.take_along_axis(sums, near, axis=-1), -1, 0))
 
 
-def fraction(before, own, after):
+def fraction(before, centre, after):
     """Equiangular interpolation: eighths of a pixel from a label to the least of two lines of equal and opposite slope through its sums.
 
-    The lines meet ``|before - after| / (2 * m)`` pixels from the label, ``m = max(before, after) - own``, on the side of the smaller
+    The lines meet ``|before - after| / (2 * m)`` pixels from the label, ``m = max(before, after) - centre``, on the side of the smaller
     sum. Rounded half away from the label and held within half a pixel, this is the number of ``j = 1 .. 4`` with
     ``8 * |before - after| >= (2 * j - 1) * m``: four comparisons with ``m, 3m, 5m, 7m`` and no division. Where ``m`` is not positive
     (the rule may hold a pixel on the summit of its sums) the result is 0.
 
     Parameters
     ----------
-    before, own, after : (...) integer ndarray
+    before, centre, after : (...) integer ndarray
         Support sums, of :func:`neighbouring_sums`.
 
     Returns
@@ -53,8 +53,8 @@ def fraction(before, own, after):
     >>> fraction(np.array([9, 20, 7, 30]), np.array([1, 4, 1, 8]), np.array([9, 12, 9, 8])).tolist()
     [0, 2, -1, 4]
     """
-    before, own, after = (np.asarray(part, dtype=np.int32) for part in (before, own, after))
-    m = np.maximum(before, after) - own
+    before, centre, after = (np.asarray(part, dtype=np.int32) for part in (before, centre, after))
+    m = np.maximum(before, after) - centre
     apart = 8 * np.abs(before - after)
     steps = sum((apart >= odd * m).astype(np.int32) for odd in (1, 3, 5, 7))
     return np.where(m > 0, np.where(before < after, -steps, steps), 0)
@@ -80,9 +80,9 @@ def sub_pixel_labels(sums, labels, passed):
     return SUB_PIXEL_SCALE * labels + np.where(inside, fraction(*neighbouring_sums(sums, labels)), 0)
 
 
-def fraction_plain(before, own, after):
+def fraction_plain(before, centre, after):
     """:func:`fraction` of one pixel by division, exact: for reading, and to test the comparisons against."""
-    m = max(before, after) - own
+    m = max(before, after) - centre
     if m <= 0:
         return 0
     offset = min(Fraction(abs(before - after), 2 * m), Fraction(1, 2))
