@@ -22,7 +22,7 @@ class BufferControl(wiring.Component):
     A slow memory only delays: the buffers of a pair stay locked for as long as it is read. A picture that is not finished ``life_clocks``
     after its pair was read is given up, so that a missing picture does not stop the system.
 
-    Timing: a pair starts 2 cycles after the event that made it possible: one to decide, and ``start`` is registered. A parameter sampled
+    Timing: a pair starts 2 cycles after the event that made it possible: one to decide, and ``start`` is registered. A setting sampled
     at ``start`` applies to the whole pair. ``hold`` takes effect in the next cycle.
 
     Parameters

@@ -71,9 +71,9 @@ class PairFork(wiring.Component):
 class StereoSystem(wiring.Component):
     """Cameras, frame store, matcher and monitor, with the host's registers and the set-up of the video chips.
 
-    The monitor shows :func:`golden.video.display.monitor_picture` of :func:`golden.matcher.labelling.match` (with the cost ``FUSED``, of
-    the labels of :func:`golden.matcher.fused.match`, see :class:`hdl.video.shown_label.ShownLabel`), of the pair that
-    :class:`golden.video.pairing.Pairing` chose among the frames that :func:`golden.video.bt656.decode` finds in the cameras' bytes.
+    The monitor shows :func:`golden.video.display.monitor_picture` of the labels (:class:`hdl.video.shown_label.ShownLabel`) of the
+    disparities that :func:`golden.matcher.matcher.match` computes for the pair that :class:`golden.video.pairing.Pairing` chose among the
+    frames that :func:`golden.video.bt656.decode` finds in the cameras' bytes.
 
     The matcher's settings take effect with the next pair, the choice of the shown picture with the monitor's next frame. Button 0 repeats
     the set-up of the chips, button 1 clears the counters. LEDs: 0 and 1 left and right video is good, 2 and 3 left and right decoder is
@@ -207,17 +207,12 @@ class StereoSystem(wiring.Component):
         disparity_writer, left_writer = self.picture_writers["disparity"], self.picture_writers["left"]
         m.submodules.disparity_writer, m.submodules.left_plane_writer = disparity_writer, left_writer
         wiring.connect(m, fork.left, left_writer.i)
-        if "minimum" in self.config.settings:
-            m.submodules.shown_label = shown_label = ShownLabel(self.config)
-            m.d.comb += [
-                shown_label.minimum.eq(settings.minimum), shown_label.start.eq(start),
-                shown_label.i.eq(matcher.o.p), shown_label.step.eq(matcher.o.valid & matcher.o.ready),
-                disparity_writer.i.p.value.eq(shown_label.label),
-            ]
-        else:
-            m.d.comb += disparity_writer.i.p.value.eq(matcher.o.p.disparity)
+        m.submodules.shown_label = shown_label = ShownLabel(self.config)
+        if shown_label.is_set:
+            m.d.comb += shown_label.minimum.eq(settings.minimum)
         m.d.comb += [
-            *copy_flags(disparity_writer.i.p, matcher.o.p),
+            shown_label.start.eq(start), shown_label.i.eq(matcher.o.p), shown_label.step.eq(matcher.o.valid & matcher.o.ready),
+            disparity_writer.i.p.value.eq(shown_label.label), *copy_flags(disparity_writer.i.p, matcher.o.p),
             disparity_writer.i.valid.eq(matcher.o.valid), matcher.o.ready.eq(disparity_writer.i.ready),
         ]
         for writer, plane in ((disparity_writer, control.disparity_plane), (left_writer, control.left_plane)):

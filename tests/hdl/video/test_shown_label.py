@@ -32,3 +32,14 @@ def test_label(labels, sub_pixel):
                 expected += [None, None]
     out = run_clocked(ShownLabel(config), inputs, ["label"])
     assert [(word["label"] if label is not None else None) for word, label in zip(out, expected, strict=True)] == expected
+
+
+def test_label_without_a_setting():
+    """A method whose least disparity is not a setting: the label is the disparity, whatever pair starts."""
+    config = MatcherConfig(labels=20)
+    rng = np.random.default_rng(1)
+    labels = rng.integers(0, 20, 50).tolist()
+    dut = ShownLabel(config)
+    inputs = [{"i": {"disparity": label, "first": int(rng.integers(2))}, "start": int(rng.integers(2)), "step": 1} for label in labels]
+    assert "minimum" not in dut.signature.members
+    assert [cycle["label"] for cycle in run_clocked(dut, inputs, ["label"])] == labels
