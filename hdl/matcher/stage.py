@@ -32,7 +32,7 @@ class Stage(wiring.Component):
     line_clocks : int
         Cycles that a line takes beyond its pixels; of stages on columns those that it adds to the line store's.
     frame_lines : int
-        Lines that a frame takes beyond its own.
+        Lines that a frame takes beyond its height.
     rows : int
         Of a stage on columns: lines that a column must have; 3 elsewhere.
     """

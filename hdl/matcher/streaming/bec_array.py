@@ -24,7 +24,7 @@ __all__ = ["BecArray", "BecCell", "BecGroup"]
 class BecCell(wiring.Component):
     """Matching cost (2-12) of one label, ``LINEAR`` arithmetic.
 
-    Nothing is halved, so the five differences come from ``e = left(x) - right(x - d)`` of three lines: ``|2e|``, ``|e + e_above|``,
+    Nothing is halved, so the five differences follow from ``e = left(x) - right(x - d)`` of three lines: ``|2e|``, ``|e + e_above|``,
     ``|e + e_below|``, ``|e + e(x-1)|`` and, with the next column, ``|e + e(x+1)|``. The golden model is
     :func:`golden.matcher.cost.matching_cost`.
 

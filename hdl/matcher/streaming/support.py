@@ -202,7 +202,7 @@ class SupportSource(wiring.Component):
 
     @staticmethod
     def lag_of(config: MatcherConfig) -> int:
-        """Completions from a pixel's own to that of the last one of its support, and one more: the sum there is then in the ring."""
+        """Completions from that of a pixel to that of the last one of its support, and one more: the sum there is then in the ring."""
         return config.method_as(Fused).arms.reach + 1
 
     @staticmethod

@@ -1,4 +1,4 @@
-"""golden.matcher.parameters: files that come back as they were, and files that are none."""
+"""golden.matcher.parameters: files that are read as they were written, and invalid files."""
 
 import pytest
 

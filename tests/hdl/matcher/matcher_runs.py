@@ -17,9 +17,9 @@ def golden_words(left, right, config):
 
 
 def run_script(dut, script, count=None, *, stall=0.0, elaboratable=None):
-    """Run ``await script(ctx, send_words, given)`` beside a sink; return the words given and ``error`` in each cycle.
+    """Run ``await script(ctx, send_words, given)`` with a sink; return the words given and ``error`` in each cycle.
 
-    Without ``count`` the sink takes what comes until the script ends.
+    Without ``count`` the sink accepts words until the script ends.
     """
     rng = np.random.default_rng(1)
     given, errors = [], []
@@ -48,7 +48,7 @@ def run_script(dut, script, count=None, *, stall=0.0, elaboratable=None):
 
 
 def after_reset(dut, left, right, cut, start=None):
-    """What comes of a pair after a reset behind the first ``cut`` pixels of the same one, and ``error`` in each cycle.
+    """Output for a pair after a reset behind the first ``cut`` pixels of the same one, and ``error`` in each cycle.
 
     ``await start(ctx)`` goes before all.
     """

@@ -132,7 +132,7 @@ def test_overflow_by_the_last_pixel():
 
 @pytest.mark.parametrize("seed", range(4))
 def test_frames_are_whole_or_cut_and_counted(seed):
-    """Whatever the consumer does: each frame comes whole, as a beginning of itself, or not at all; the last two are counted."""
+    """Whatever the consumer does: each frame is output whole, cut, or not at all; the last two are counted."""
     rng = np.random.default_rng(seed)
     frames = []
     for number in range(40):

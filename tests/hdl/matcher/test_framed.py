@@ -85,7 +85,7 @@ def test_dropped():
 
 
 def test_reset_holds():
-    """While the button is pressed nothing comes."""
+    """Nothing is output while the button is pressed."""
     dut = FramedMatcher(CONFIG)
     frame = show(*noise(5, 3, 1))
     words, _ = run_system(dut, [*RESET, {"reset_n": 0}, *frame])

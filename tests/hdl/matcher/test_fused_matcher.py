@@ -81,7 +81,7 @@ def test_one_pixel_a_clock(labels, width, fused):
     run_stream(dut, pixel_words(*noise(width, height, 1)), rng=np.random.default_rng(1), cycles=cycles)
     gaps = np.diff(cycles["o"])
     inside = np.delete(gaps, slice(width - 1, None, width))
-    assert np.count_nonzero(inside != 1) <= 2  # the last lines come from other memories
+    assert np.count_nonzero(inside != 1) <= 2  # the last lines are read from other memories
     assert cycles["o"][-1] - cycles["o"][0] <= height * (width + dut.line_clocks) + 8
     latency = np.subtract(cycles["o"], cycles["i"]).max() - dut.latency_lines * width
     assert dut.latency_clocks - 40 <= latency <= dut.latency_clocks
@@ -105,7 +105,7 @@ def test_frame_clocks(config):
 
 @pytest.mark.parametrize("sub_pixel", [False, True])
 def test_settings(sub_pixel):
-    """Built-in ones until the first pulse; new ones from the next frame on, even if they come while a frame leaves."""
+    """Built-in ones until the first pulse; new ones from the next frame on, even if they are set while a frame is output."""
     config = config_of(6, 24, refinement=Refinement(sub_pixel=sub_pixel))
     left, right, _ = scene(24, 9, 6, seed=1)
     sets = [{}, {"minimum": 2}, {"check": 0, "fill": 0}, {"fill": 0}, {"median": 0}, {"u1": 63, "u2": 0, "in_use": 3}, {"minimum": 255}]
@@ -139,7 +139,7 @@ def test_settings(sub_pixel):
 
 @pytest.mark.parametrize("case, fused", [*((case, {}) for case in RAGGED), *((case, VERTICAL) for case in list(RAGGED)[::4])])
 def test_ragged(case, fused):
-    """``error`` comes up; frames around the one at fault are exact, and it comes out rectangular, as golden sees it."""
+    """``error`` is raised; frames around the ragged one are bit-exact, and that one is output rectangular, bit-exact with golden."""
     config = config_of(3, MAX_WIDTH, **fused)
     before, after = noise(5, 3, 20), noise(5, 4, 21)
     words = [*pixel_words(*before), *RAGGED[case][0], *pixel_words(*after)]
@@ -156,7 +156,7 @@ def test_ragged(case, fused):
 
 @pytest.mark.parametrize("cut", [1, 40, 75, 130, 200, 279])
 def test_reset_in_mid_frame(cut):
-    """Of the frame before a reset nothing more comes; the next one is exact."""
+    """Nothing of the frame before a reset is output; the next one is bit-exact."""
     config = config_of(6, 40)
     left, right, _ = scene(40, 7, 6, seed=1)
     given, _ = after_reset(Matcher(config), left, right, cut)

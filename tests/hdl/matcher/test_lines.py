@@ -26,7 +26,7 @@ def store(max_width=MAX_WIDTH, rows=3, **options):
 
 
 def run_store(dut, words, count, *, stall=0.0, seed=1):
-    """Run the words through; return what came out and the number of ``error`` pulses."""
+    """Run the words through; return the words output and the number of ``error`` pulses."""
     rng = np.random.default_rng(seed)
     taken, given, pulses = [], [], []
 
@@ -89,7 +89,7 @@ def test_rate(rows):
 
 @pytest.mark.parametrize("rows", ROWS)
 def test_last_line_does_not_wait_for_the_next_frame(rows):
-    """One frame and nothing after it: all of it comes out (run_stream would time out)."""
+    """One frame and nothing after it: all of it is output (run_stream would time out)."""
     words = pixel_words(*noise(5, 3, 1))
     assert len(run_stream(store(rows=rows), words, rng=np.random.default_rng(1), timeout=50)) == 15
 
@@ -112,8 +112,8 @@ def test_lines_below(rows, lines, stall):
                              for side in ("left", "right")}} for word in last]
     words = [word for pair in pairs for word in pixel_words(*pair)]
     given, errors = run_store(store(rows=rows, lines_below=lines), words, len(expected), stall=stall)
-    assert [{key: {name: value[name] for name in want[key]} if isinstance(value, dict) else value for key, value in word.items()}
-            for word, want in zip(given, expected)] == expected
+    assert [{key: {name: value[name] for name in other[key]} if isinstance(value, dict) else value for key, value in word.items()}
+            for word, other in zip(given, expected)] == expected
     assert errors == 0
 
 
@@ -132,7 +132,7 @@ def test_bad_rows(rows):
 @pytest.mark.parametrize("rows, stall", ROWS_STALL)
 @pytest.mark.parametrize("case", RAGGED)
 def test_ragged(rows, case, stall):
-    """The frame at fault is cut, what comes out is rectangular and closed, and the good frames around it are exact."""
+    """The ragged frame is cut, the output is rectangular and closed, and the good frames around it are bit-exact."""
     words, size, errors = RAGGED[case]
     before, after, smaller = noise(5, 3, 20), noise(5, 4, 21), noise(2, 2, 22)
     frames, pulses = check([*pixel_words(*before), *words, *pixel_words(*after), *pixel_words(*smaller)], stall=stall, rows=rows)

@@ -81,7 +81,7 @@ ENGINES = [MatcherConfig(labels=6, max_width=16, engine=engine, method=OnePass(a
 
 @pytest.mark.parametrize("config", ENGINES, ids=lambda config: f"{config.engine}-{config.method.arithmetic}")
 def test_parameters(config):
-    """Built-in ones until the first pulse; new ones from the next frame on, even if they come while a frame leaves."""
+    """Built-in ones until the first pulse; new ones from the next frame on, even if they are set while a frame is output."""
     left, right, _ = scene(14, 5, 6, seed=1)
     sets = [(*config.method.weights, 6), (0, WEIGHT_MAX, 0, 6), (WEIGHT_MAX, 0, 1, 3), (*config.method.weights, 5), (3, 0, WEIGHT_MAX, 1)]
     expected = [golden_words(left, right, config.with_settings(dict(zip(("u1", "u2", "u3", "in_use"), values)))) for values in sets]
@@ -106,7 +106,7 @@ def test_parameters(config):
 @pytest.mark.parametrize("case", RAGGED)
 @pytest.mark.parametrize("stall", [0.0, 0.3])
 def test_ragged(case, stall):
-    """``error`` comes up and stays; frames around the one at fault are exact, and it comes out rectangular, as golden labels it."""
+    """``error`` is raised and held; frames around the ragged one are bit-exact, and that one is output rectangular, bit-exact too."""
     config = MatcherConfig(labels=3, max_width=MAX_WIDTH, method=OnePass(Arithmetic.LINEAR))
     before, after = noise(5, 3, 20), noise(5, 4, 21)
     words = [*pixel_words(*before), *RAGGED[case][0], *pixel_words(*after)]
@@ -152,7 +152,7 @@ def test_error_stays_until_clear():
         await send_words(good)
         await ctx.tick().repeat(300)
         await tell(ctx)                 # 0
-        ctx.set(dut.clear, 1)           # an error that comes with `clear` is not lost
+        ctx.set(dut.clear, 1)           # an error in the cycle of `clear` is not lost
         await send_words([*ragged, *good])
         ctx.set(dut.clear, 0)
 
@@ -165,7 +165,7 @@ def test_error_stays_until_clear():
 
 @pytest.mark.parametrize("cut", [1, 7, 40, 61])
 def test_reset_in_mid_frame(cut):
-    """Of the frame before a reset nothing more comes; the next one is exact, with the built-in weights."""
+    """Nothing of the frame before a reset is output; the next one is bit-exact, with the built-in weights."""
     config = MatcherConfig(labels=6, max_width=16, method=OnePass(Arithmetic.THESIS))
     left, right, _ = scene(14, 5, 6, seed=1)
     dut = Matcher(config)

@@ -93,7 +93,7 @@ def test_minimum_is_sampled_at_first(stall):
 @pytest.mark.parametrize("stall", [0.0, 0.3])
 @pytest.mark.parametrize("minimum", [0, 1, 3, 6])
 def test_ragged(minimum, stall):
-    """Flags at random: every word comes out, and each good frame between is exact."""
+    """Flags at random: every word is output, and each good frame between is bit-exact."""
     rng = np.random.default_rng(minimum)
     words, good = [], []
     for seed in range(20):

@@ -69,7 +69,7 @@ def test_one_pixel_a_clock(labels, width):
 
 @pytest.mark.parametrize("case", RAGGED)
 def test_ragged(case):
-    """``error`` comes up; frames around the one at fault are exact, and it comes out rectangular, as golden labels it."""
+    """``error`` is raised; frames around the ragged one are bit-exact, and that one is output rectangular, bit-exact with golden."""
     config = config_of(3, MAX_WIDTH)
     before, after = noise(5, 3, 20), noise(5, 4, 21)
     words = [*pixel_words(*before), *RAGGED[case][0], *pixel_words(*after)]
@@ -86,7 +86,7 @@ def test_ragged(case):
 
 @pytest.mark.parametrize("cut", [1, 40, 75, 100, 119])
 def test_reset_in_mid_frame(cut):
-    """Of the frame before a reset nothing more comes; the next one is exact."""
+    """Nothing of the frame before a reset is output; the next one is bit-exact."""
     config = config_of(6, 40)
     left, right, _ = scene(40, 3, 6, seed=1)
     given, _ = after_reset(Matcher(config), left, right, cut)

@@ -79,7 +79,7 @@ def test_rate_and_latency(width, share):
 
 
 def test_line_leaves_when_complete():
-    """The first line leaves though of the second only some pixels come; these wait."""
+    """The first line is output although the second is incomplete, which is held."""
     rng = np.random.default_rng(1)
     labels, passed, n = picture(rng, config_of(), 12, 2, 0.5)
     words = label_words(fill(labels, passed), passed, n)

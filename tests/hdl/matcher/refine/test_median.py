@@ -83,7 +83,7 @@ def test_labels(disparities, sub_pixel, window):
 @pytest.mark.parametrize("window", [3, 5])
 @pytest.mark.parametrize("width", [1, 2, 3, 12, 50])
 def test_rate_and_latency(width, window):
-    """Lines of a frame come and go without a pause but for the columns and lines that repeat; the frame's end waits for nothing."""
+    """Lines of a frame pass without a pause but for replicated columns and lines; the frame's end does not wait for the next frame."""
     config = config_of(max_width=50, window=window)
     rng = np.random.default_rng(1)
     dut = Median(config)
@@ -134,11 +134,11 @@ def test_median_of_columns(window):
     labels, *_ = picture(rng, config, 20, 4)
     dut = MedianColumns(config)
     columns = np.pad(labels, ((2, 2), (0, 2)), mode="edge")
-    given, came, done = [], [], []
+    given, valids, done = [], [], []
 
     async def testbench(ctx):
         async def step(valid, opens, column):
-            came.append(valid)
+            valids.append(valid)
             ctx.set(dut.valid, valid)
             ctx.set(dut.opens, opens)
             ctx.set(dut.i, column)
@@ -159,7 +159,7 @@ def test_median_of_columns(window):
     sim.add_clock(1e-6)
     sim.add_testbench(testbench)
     sim.run()
-    assert done == [0] * dut.latency + came[:-dut.latency]
+    assert done == [0] * dut.latency + valids[:-dut.latency]
     assert np.reshape(given, (4, 22))[:, 2:].tolist() == median(labels, window).tolist()
 
 

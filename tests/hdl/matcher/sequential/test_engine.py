@@ -79,7 +79,7 @@ def test_summation_matches_golden(config):
 
     async def testbench(ctx):
         for n in range(len(cost) + 1):
-            # The early terms of one set come with s1 of the set before.
+            # The early terms of one set are due with s1 of the set before.
             for member, terms, at in ((dut.cost, cost, n), (dut.s2, s2, n), (dut.s3, s3, n), (dut.s1, s1, n - 1)):
                 ctx.set(member, terms[at % len(cost)].tolist())
             await ctx.tick()

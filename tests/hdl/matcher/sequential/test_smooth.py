@@ -26,7 +26,7 @@ def simulate(dut, testbench):
 
 
 async def fill(ctx, dut, weight, clocks):
-    """Fill and count: ``filled`` must come back after exactly ``clocks`` cycles, whatever the inputs do meanwhile."""
+    """Fill and count: ``filled`` must be set again after exactly ``clocks`` cycles, whatever the inputs do meanwhile."""
     ctx.set(dut.weight, weight)
     ctx.set(dut.fill, 1)
     await ctx.tick()
@@ -104,7 +104,7 @@ def test_matches_golden(config):
     labels = config.labels
     rng = np.random.default_rng(1)
     weights = (15, 1, 0, WEIGHT_MAX)
-    # Equal pixels, the greatest difference both ways, and one grey level beside each of them.
+    # Equal pixels, the greatest difference both ways, and one grey level off each of them.
     pixels = [(0, 0), (255, 255), (255, 0), (0, 255), (1, 0), (0, 254), *rng.integers(0, 256, (10, 2)).tolist()]
     seen = []
 

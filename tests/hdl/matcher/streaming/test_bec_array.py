@@ -15,7 +15,7 @@ NAMES = ("minus", "line", "plus")
 
 
 def waves_of(left, right, in_use, rng, stall, begin=0):
-    """Waves of a picture: one before each line, its columns, one past it; and, beside each, the pixel that it completes."""
+    """Waves of a picture: one before each line, its columns, one past it; each with the pixel that it completes."""
     columns = [line_store(side).tolist() for side in (left, right)]
     height, width = left.shape
     for y in range(height):
@@ -72,26 +72,26 @@ def test_matches_golden(labels, width, height, stall):
 
 @pytest.mark.parametrize("stall", [0.0, 0.4])
 def test_label_memory(stall):
-    """Around the memory several times; read as late as may be before the next word comes to the same place."""
+    """Around the memory several times; read as late as possible before the next word is written to the same address."""
     config = MatcherConfig(labels=10, method=OnePass(Arithmetic.LINEAR))
     rng = np.random.default_rng(6)
     labels, depth, late = config.labels, 14, 7
     given = rng.integers(0, 2**config.data_bits, (60, labels)).tolist()
     group = [number for number, members in enumerate(groups_of(config)) for _ in members]
     assert max(group) == 2
-    written = []  # number of the words that come in a cycle
+    written = []  # number of the words written in a cycle
     for number in range(len(given)):
         while rng.random() < stall:
             written.append(None)
         written.append(number)
     cycles = len(written) + late + labels + 3
     at = {number: cycle for cycle, number in enumerate(written) if number is not None}
-    came = {cycle: number for number, cycle in at.items()}
+    writes = {cycle: number for number, cycle in at.items()}
     inputs = []
     for cycle in range(cycles):
-        # A group's words come a cycle after those of the group below it; between them is what must not be kept.
-        words = [given[came[cycle - group[label]]][label] if cycle - group[label] in came else int(rng.integers(2**config.data_bits))
+        # A group's words are written a cycle after those of the group below it; between them are words that must not be kept.
+        words = [given[writes[cycle - group[label]]][label] if cycle - group[label] in writes else int(rng.integers(2**config.data_bits))
                  for label in range(labels)]
-        inputs.append({"write": int(cycle in came), "words": words, "address": came.get(cycle - late, 0) % depth})
+        inputs.append({"write": int(cycle in writes), "words": words, "address": writes.get(cycle - late, 0) % depth})
     out = run_clocked(LabelMemory(config, depth), inputs, ["o"])
     assert [[out[at[number] + late + label + 2]["o"][label] for label in range(labels)] for number in range(len(given))] == given

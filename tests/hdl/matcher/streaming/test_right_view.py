@@ -15,7 +15,7 @@ def config_of(labels, width, minimum=0, tolerance=1):
     (2, 1, 0, 1), (2, 5, 0, 0), (13, 20, 0, 1), (13, 20, 3, 1), (16, 9, 0, 7), (80, 100, 0, 1), (80, 100, 255, 1), (128, 200, 37, 2),
 ])
 def test_check(labels, width, minimum, tolerance):
-    """Right labels come a line before they are asked for, as far as the memory reaches; frames in a row, one of them unchecked."""
+    """Right labels are written up to a line before they are read, as far as the memory reaches; frames in a row, one of them unchecked."""
     config = config_of(labels, width, minimum, tolerance)
     rng = np.random.default_rng(1)
     height = 3
@@ -36,18 +36,18 @@ def test_check(labels, width, minimum, tolerance):
     if width > 2 * labels and not minimum:
         assert 0.1 < np.mean(expected) < 0.9
 
-    # The memory holds `depth` labels: as many as may come between a pixel's own and its question, and the labels to its left.
+    # The memory holds `depth` labels: as many as may be written between that of a pixel and its check, and the labels to its left.
     depth = width + labels
     dut = LeftRightCheck(config, depth)
-    inputs, asked, come = [], [], 0
-    while len(asked) < len(questions):
+    inputs, checked, written = [], [], 0
+    while len(checked) < len(questions):
         cycle = {"right_valid": 0, "valid": 0}
-        if come < len(answers) and come - len(asked) < depth - labels and rng.random() < 0.8:
-            cycle |= {"right_valid": 1, "right": answers[come]}
-        if len(asked) + 1 <= come and (come - len(asked) >= width or come == len(answers)) and rng.random() < 0.8:
-            cycle |= {"valid": 1, **questions[len(asked)]}
-            asked.append(len(inputs))
-        come += cycle["right_valid"]
+        if written < len(answers) and written - len(checked) < depth - labels and rng.random() < 0.8:
+            cycle |= {"right_valid": 1, "right": answers[written]}
+        if len(checked) + 1 <= written and (written - len(checked) >= width or written == len(answers)) and rng.random() < 0.8:
+            cycle |= {"valid": 1, **questions[len(checked)]}
+            checked.append(len(inputs))
+        written += cycle["right_valid"]
         inputs.append(cycle)
     out = run_clocked(dut, inputs, ["passed"], drain=dut.LATENCY, idle={"right_valid": 0, "valid": 0})
-    assert [out[cycle + dut.LATENCY]["passed"] for cycle in asked] == expected
+    assert [out[cycle + dut.LATENCY]["passed"] for cycle in checked] == expected

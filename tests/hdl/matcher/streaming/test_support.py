@@ -28,13 +28,13 @@ def test_step_delay(steps, stall):
     rng = np.random.default_rng(1)
     inputs = [{"i": int(rng.integers(1, 256)), "step": int(rng.random() >= stall)} for _ in range(200)]
     out = run_clocked(StepDelay(8, steps), inputs, ["o"], drain=2, idle={"step": 0})
-    came = [word["i"] for word in inputs if word["step"]]
+    words = [word["i"] for word in inputs if word["step"]]
     at = [cycle for cycle, word in enumerate(inputs) if word["step"]]
-    assert [out[cycle + StepDelay.LATENCY]["o"] for cycle in at] == ([0] * steps + came)[:len(came)]
+    assert [out[cycle + StepDelay.LATENCY]["o"] for cycle in at] == ([0] * steps + words)[:len(words)]
 
 
 def test_step_delay_after_reset():
-    """What the memory still holds from before a reset does not come out after it."""
+    """Words from before a reset are not output after it."""
     reset = Signal()
     delay = StepDelay(8, 3)
 

@@ -19,7 +19,7 @@ def config_of(max_width, labels):
     (1, 1, [(1, 1), (1, 5)]), (9, 4, [(9, 4), (3, 1), (1, 3), (8, 6)]), (16, 3, [(16, 5), (15, 5)]),
 ])
 def test_matches_golden(max_width, labels, sizes, pause):
-    """Frames in a row: a line's costs come, and those of the line above leave joined; what follows the last line is none of the picture."""
+    """Frames in a row: with the costs of a line those of the line above are joined; padding follows the last line."""
     config = config_of(max_width, max(labels, 2))
     dut = VerticalSupport(config, range(labels))
     rng = np.random.default_rng(1)
