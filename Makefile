@@ -8,12 +8,14 @@ BIN     := $(abspath $(VENV))/bin
 STAMP   := $(VENV)/.installed
 WITH_BIN := PATH="$(BIN):$$PATH"
 
-.PHONY: help demo test style types setup debian clean
+.PHONY: help demo quick test slow style types setup debian clean
 .DELETE_ON_ERROR:
 
 help:
 	@echo "make demo    set up, then send the Motorcycle stereo pair through the simulated Verilog; the sheet is build/demo/sheet.png"
 	@echo "make test    set up, then run all tests: style, types, golden model, gateware, benches"
+	@echo "make quick   set up, then run what takes seconds: style, types, golden model, blocks of the gateware; before each commit"
+	@echo "make slow    set up, then run the tests that make test leaves out because they take minutes each, and tell how long they took"
 	@echo "make style   set up, then check the style only; make types: the types only"
 	@echo "make setup   only set up: Debian packages that are missing, Python packages in $(VENV)"
 	@echo "make clean   remove what was built and cached; $(VENV) stays"
@@ -24,6 +26,17 @@ demo: setup
 
 test: setup
 	@$(WITH_BIN) $(BIN)/python -m pytest -n auto
+
+# Under 90 seconds on two cores: the benches on Verilog and the simulations of whole matchers and of video are left to `make test`.
+QUICK := tests/test_style.py golden tests/golden tests/boards tests/hdl/parts tests/hdl/host tests/hdl/matcher/sequential \
+	tests/hdl/matcher/test_methods.py tests/hdl/matcher/test_settings.py
+
+quick: setup
+	@$(WITH_BIN) $(BIN)/python -m pytest -n auto $(QUICK)
+
+slow: setup
+	@$(WITH_BIN) sh -c 'start=$$(date +%s); $(BIN)/python -m pytest -n auto -m slow; status=$$?; \
+		echo "The slow tests took $$(( ($$(date +%s) - start + 30) / 60 )) minutes."; exit $$status'
 
 style: setup
 	@$(BIN)/python -m ruff check --no-fix golden hdl boards sim tests
