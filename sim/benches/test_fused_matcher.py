@@ -18,29 +18,31 @@ def config(disparities, max_width, *, refinement=ALL, minimum=0, **parameters):
     return MatcherConfig(disparities, max_width, minimum, method=changed(changed(FUSED_1, refinement=refinement), **parameters))
 
 
-# A matcher, the sizes of the frames that it gets in a row, one that reaches its longest line among them, and the settings of a last run.
+# A matcher, the sizes of consecutive frames, one of which has its longest line, and the settings of a last run.
 CASES = [
     (config(2, 5), [(5, 3), (1, 1), (2, 2), (5, 1)], {"check": 0}),
-    (config(2, 300), [(300, 4), (33, 3)], {"median": 0}),
     (config(3, 64, reach=0, census_rows=3, census_columns=3), [(64, 6), (1, 7), (2, 2)], {"fill": 0}),
+    (config(15, 62, refinement=Refinement(check=False, fill=False, median=False), minimum=3, cost_factor=0, census_weight=85, cost_shift=4),
+     [(62, 12), (5, 3), (51, 4)], {"check": 1, "fill": 1, "median": 1, "minimum": 0}),
+    (config(17, 50, census_rows=7, census_columns=9, census_weight=25, reach=31, arm_threshold=60, median_size=3),
+     [(50, 9), (16, 2), (17, 2), (1, 1)], {"minimum": 255}),
+    (config(20, 90, refinement=Refinement(sub_pixel=True), minimum=5), [(90, 8), (5, 3)], {"check": 0}),
+    (config(39, 160), [(150, 33), (1, 1), (37, 11), (160, 3)], {"u1": 63, "u2": 1, "u3": 62, "in_use": 20}),
+]
+# Slow: what one case above combines, one at a time; more labels; and the named parameters, which are also those of Tsukuba below (set 3)
+# and of a case for Icarus (set 2).
+MORE = [
+    (config(2, 300), [(300, 4), (33, 3)], {"median": 0}),
     (config(13, 64), [(64, 6), (37, 11), (5, 3)], {"minimum": 7}),
     (config(13, 37, reach=31, arm_threshold=60, median_size=3), [(37, 11), (12, 5), (1, 1)], {"fill": 0, "median": 0}),
     (config(17, 50, census_rows=7, census_columns=9, census_weight=25), [(50, 9), (16, 2), (17, 2)], {"minimum": 255}),
-    (config(20, 90, refinement=Refinement(sub_pixel=True), minimum=5), [(90, 8), (5, 3)], {"check": 0}),
     (config(26, 99, cost_factor=0, census_weight=85, cost_shift=4), [(99, 8), (5, 3)], {"check": 0, "fill": 0, "median": 0}),
-    (config(39, 160), [(150, 33), (1, 1), (37, 11), (160, 3)], {"u1": 63, "u2": 1, "u3": 62, "in_use": 20}),
-    (config(13, 61, refinement=Refinement(check=False), minimum=3), [(61, 9)], {"check": 1, "minimum": 0}),
-    (config(14, 60, refinement=Refinement(fill=False)), [(60, 11), (13, 2)], {"fill": 1, "in_use": 1}),
-    (config(15, 62, refinement=Refinement(median=False)), [(62, 12), (5, 3), (51, 4)], {"median": 1}),
-    (config(21, 70, **SET_3), [(70, 8), (5, 3)], {"median": 0}),
-    (config(26, 99, **SET_2), [(99, 8), (1, 1), (5, 3), (60, 1)], {"minimum": 3}),
-]
-# The same bypasses with more labels, whose models take minutes to compile: slow. What each shows of its bypass a case above shows, too.
-LARGE = [
     (config(39, 161, refinement=Refinement(check=False), minimum=3), [(161, 9)], {"check": 1, "minimum": 0}),
     (config(60, 180, refinement=Refinement(fill=False)), [(180, 11), (59, 2)], {"fill": 1, "in_use": 1}),
     (config(80, 192, refinement=Refinement(median=False)), [(192, 12), (5, 3), (161, 4)], {"median": 1}),
     (config(128, 300), [(300, 7), (5, 3), (257, 2)], {"minimum": 40}),
+    (config(21, 70, **SET_3), [(70, 8), (5, 3)], {"median": 0}),
+    (config(26, 99, **SET_2), [(99, 8), (1, 1), (5, 3), (60, 1)], {"minimum": 3}),
 ]
 SMALL = [
     (config(2, 1), [(1, 1), (1, 2)], {"median": 0}),
@@ -51,9 +53,9 @@ SMALL = [
 
 @pytest.mark.parametrize("simulator, case, sizes, settings",
                          [*(("verilator", *case) for case in CASES), *(("icarus", *case) for case in SMALL),
-                          *(pytest.param("verilator", *case, marks=pytest.mark.slow) for case in LARGE)], ids=names)
+                          *(pytest.param("verilator", *case, marks=pytest.mark.slow) for case in MORE)], ids=names)
 def test_matches_golden(simulator, case, sizes, settings, tmp_path):
-    """Frames of different sizes in a row, without and with stalls at both ends, on one build; then with other settings."""
+    """Consecutive frames of different sizes, without and with stalls at both ends, on one build; then with other settings."""
     lefts, rights = pictures(sizes, case.labels)
     if any(width >= 2 * case.labels and height > 2 for width, height in sizes):
         found = [fused.stages(left, right, case) for left, right in zip(lefts, rights)]
@@ -76,17 +78,22 @@ def test_scene_tells_labels_apart():
     assert discriminates(fused.stages(left, right, case).found, case)
 
 
-def test_tsukuba(tmp_path):
+@pytest.mark.parametrize("parameters", [pytest.param({}, id="1", marks=pytest.mark.slow), pytest.param(SET_3, id="3")])
+def test_tsukuba(parameters, tmp_path):
+    """A real pair, then scenes with stalls and other settings on the same model. Slow: set 1, which most cases above have."""
     pair = middlebury("tsukuba")
-    bench = MatcherBench(config(16, 384), tmp_path)
+    bench = MatcherBench(config(16, 384, **parameters), tmp_path)
     result = bench.check([pair.left], [pair.right], "verilator")
     assert result.fields[0]["disparity"].shape == (288, 384)
     bench.check_timing(result.frames)
+    lefts, rights = pictures([(384, 5), (5, 3), (70, 8)], 16)
+    bench.check(lefts, rights, "verilator", stall_i=0.3, stall_o=0.3)
+    bench.check(lefts, rights, "verilator", stall_o=0.9, seed=2, settings={"median": 0})
 
 
 @pytest.mark.slow
 def test_venus_teddy_cones(tmp_path):
-    """As three frames in a row."""
+    """As three consecutive frames."""
     pairs = [middlebury(name) for name in ("venus", "teddy", "cones")]
     bench = MatcherBench(config(60, 450), tmp_path)
     result = bench.check([pair.left for pair in pairs], [pair.right for pair in pairs], "verilator")

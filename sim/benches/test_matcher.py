@@ -17,22 +17,20 @@ def streaming(disparities, fraction_bits=3, **settings):
     return config(disparities, Arithmetic.LINEAR, fraction_bits, engine=Engine.STREAMING, **settings)
 
 
-# A matcher, and the sizes of the frames that it gets in a row: one that reaches its longest line among them.
+# A matcher, and the sizes of consecutive frames, one of which has its longest line.
 CASES = [
     (config(2, Arithmetic.THESIS, max_width=1), [(1, 1), (1, 7), (1, 1)]),
     (config(2, Arithmetic.LINEAR, 0, max_width=5), [(5, 3), (1, 1), (2, 2), (5, 1)]),
     (config(13, Arithmetic.THESIS, max_width=37, weights=(63, 62, 61)), [(5, 3), (37, 11), (1, 1), (26, 2)]),
     (config(13, Arithmetic.LINEAR, 1, max_width=64), [(37, 11), (64, 6), (5, 3)]),
     (config(39, Arithmetic.THESIS, max_width=160), [(150, 33), (5, 3)]),
-    (config(39, Arithmetic.LINEAR, 2, max_width=150), [(1, 1), (150, 33), (37, 11)]),
-]
-STREAMING = [
     (streaming(2, 0, max_width=5), [(5, 3), (1, 1), (2, 2), (5, 1)]),
     (streaming(13, 1, max_width=64), [(64, 6), (37, 11), (5, 3)]),
     (streaming(39, 2, max_width=160), [(150, 33), (1, 1), (37, 11), (160, 3)]),
 ]
-# More labels, whose models take minutes to compile: slow. Trees and groups of 2, 13 and 39 labels are whole, odd and partly filled ones.
-LARGE = [
+# Slow: more labels. Trees and groups of 2, 13 and 39 labels are full, odd and partly filled ones, with either arithmetic.
+MORE = [
+    (config(39, Arithmetic.LINEAR, 2, max_width=150), [(1, 1), (150, 33), (37, 11)]),
     (config(80, Arithmetic.THESIS, max_width=192), [(192, 12), (5, 3), (150, 4)]),
     (config(80, Arithmetic.LINEAR, 3, max_width=161), [(161, 9), (37, 11), (1, 1)]),
     (config(128, Arithmetic.THESIS, max_width=300), [(257, 7), (5, 3)]),
@@ -51,10 +49,10 @@ SMALL = [
 
 
 @pytest.mark.parametrize("simulator, case, sizes",
-                         [*(("verilator", *case) for case in CASES + STREAMING), *(("icarus", *case) for case in SMALL),
-                          *(pytest.param("verilator", *case, marks=pytest.mark.slow) for case in LARGE)], ids=names)
+                         [*(("verilator", *case) for case in CASES), *(("icarus", *case) for case in SMALL),
+                          *(pytest.param("verilator", *case, marks=pytest.mark.slow) for case in MORE)], ids=names)
 def test_matches_golden(simulator, case, sizes, tmp_path):
-    """Frames of different sizes in a row, without and with stalls at both ends, on one build."""
+    """Consecutive frames of different sizes, without and with stalls at both ends, on one build."""
     lefts, rights = pictures(sizes, case.labels)
     found = np.concatenate([match(left, right, case).ravel() for left, right in zip(lefts, rights)])
     if any(width > case.labels for width, _ in sizes):
@@ -76,8 +74,10 @@ def engines(disparities, max_width):
             streaming(disparities, max_width=max_width)]
 
 
-@pytest.mark.parametrize("case", engines(16, 384), ids=names)
+@pytest.mark.parametrize("case", [pytest.param(case, marks=[pytest.mark.slow] if case.engine is Engine.SEQUENTIAL else [])
+                                  for case in engines(16, 384)], ids=names)
 def test_tsukuba(case, tmp_path):
+    """Slow: the sequential engine, which takes five clocks a pixel; it has a part of the pair below."""
     pair = middlebury("tsukuba")
     bench = MatcherBench(case, tmp_path)
     result = bench.check([pair.left], [pair.right], "verilator")
@@ -105,7 +105,7 @@ def test_256_labels(tmp_path):
 @pytest.mark.slow
 @pytest.mark.parametrize("case", engines(60, 450), ids=names)
 def test_venus_teddy_cones(case, tmp_path):
-    """As three frames in a row."""
+    """As three consecutive frames."""
     pairs = [middlebury(name) for name in ("venus", "teddy", "cones")]
     bench = MatcherBench(case, tmp_path)
     result = bench.check([pair.left for pair in pairs], [pair.right for pair in pairs], "verilator")

@@ -12,40 +12,31 @@ from sim.benches.system_sizes import SIZES
 from sim.system import main, run_small
 
 
-#: Those that every run of the tests goes through; the others are slow together.
+# The faults of every run of the tests; all of them are slow.
 SOME = ("left camera's clock stops and comes back", "fields swapped", "one-bit errors of timing codes", "memory stalls for 100 us")
 
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
-    """Of the small system, which is built once."""
+    """Of the small system, which is emitted and built once."""
     return tmp_path_factory.mktemp("system")
 
 
-def strike(folder, names):
+# Slow: the system with the other method; what the monitor, the host and the cameras do is the same, and fewer settings are written.
+@pytest.mark.parametrize("size", ["small fused", pytest.param("small", marks=pytest.mark.slow)])
+def test_pictures(folder, size):
+    """With the fused method: a minimum disparity and fractions, which the monitor's picture does not have."""
+    run_small(folder, "pictures", size=size)
+
+
+@pytest.mark.parametrize("size, names", [("small fused", SOME), pytest.param("small", tuple(FAULTS), marks=pytest.mark.slow)],
+                         ids=["some", "all"])
+def test_faults(folder, size, names):
     report = folder / "faults.json"
-    run_small(folder, "faults", FAULTS=json.dumps(names), REPORT=str(report))
+    run_small(folder, "faults", size=size, FAULTS=json.dumps(names), REPORT=str(report))
     told = json.loads(report.read_text())
     assert [entry["fault"] for entry in told] == list(names)
     assert all(entry["count"] > 0 and entry["counter"] == FAULTS[entry["fault"]].counter for entry in told)
-
-
-def test_pictures(folder):
-    run_small(folder, "pictures")
-
-
-def test_pictures_of_the_fused_cost(tmp_path):
-    """With a least disparity and fractions, which the monitor's picture is rid of."""
-    run_small(tmp_path, "pictures", size="small fused")
-
-
-def test_some_faults(folder):
-    strike(folder, SOME)
-
-
-@pytest.mark.slow
-def test_all_faults(folder):
-    strike(folder, list(FAULTS))
 
 
 @pytest.mark.slow
