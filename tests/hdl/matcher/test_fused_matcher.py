@@ -28,6 +28,7 @@ def as_bytes(pair):
     return [np.asarray(picture, dtype=np.uint8) for picture in pair]
 
 
+# Slow: with more labels what cases of 6 and 13 labels have, and the benches on Verilog with 15, 20 and 39.
 @pytest.mark.parametrize("stall", [0.0, 0.3])
 @pytest.mark.parametrize("config, width, height", [
     (config_of(2, 1), 1, 1),
@@ -36,15 +37,18 @@ def as_bytes(pair):
     (config_of(6, 40, reach=3, census_rows=7, census_columns=9, census_weight=25), 40, 7),
     (config_of(6, 3, census_rows=1, census_columns=1), 1, 9),                 # one column, no census
     (config_of(13, 27), 5, 3),                                                # narrower than its labels
-    (config_of(13, 60, refinement=Refinement(sub_pixel=True), minimum=3), 60, 5),
+    (config_of(6, 27, refinement=Refinement(sub_pixel=True), minimum=3), 27, 5),
+    pytest.param(config_of(13, 60, refinement=Refinement(sub_pixel=True), minimum=3), 60, 5, marks=pytest.mark.slow),
     (config_of(13, 64, refinement=Refinement(check=False, median=False)), 40, 1),
-    (config_of(26, 70, refinement=Refinement(fill=False)), 70, 4),
+    (config_of(6, 24, refinement=Refinement(fill=False)), 24, 4),
+    pytest.param(config_of(26, 70, refinement=Refinement(fill=False)), 70, 4, marks=pytest.mark.slow),
     (config_of(2, 1, **VERTICAL), 1, 1),
     (config_of(3, 7, census_rows=1, **VERTICAL), 1, 9),
     (config_of(6, 40, census_columns=9, **VERTICAL), 40, 7),
     (config_of(13, 27, reach=31, **VERTICAL), 5, 3),
     (config_of(13, 64, minimum=3, **VERTICAL), 40, 1),
-    (config_of(26, 70, refinement=Refinement(sub_pixel=True), **VERTICAL), 70, 4),
+    (config_of(6, 26, refinement=Refinement(sub_pixel=True), **VERTICAL), 26, 4),
+    pytest.param(config_of(26, 70, refinement=Refinement(sub_pixel=True), **VERTICAL), 70, 4, marks=pytest.mark.slow),
 ], ids=lambda value: f"D{value.labels}" if isinstance(value, MatcherConfig) else str(value))
 def test_matches_golden(config, width, height, stall):
     """A scene, and noise of other sizes before and after it, in a row."""
@@ -72,7 +76,9 @@ def test_long_pauses():
     assert given == fused_words(left, right, config)
 
 
-@pytest.mark.parametrize("labels, width, fused", [(6, 70, {}), (13, 100, {}), (13, 100, VERTICAL)])
+# Slow: 13 labels, of which 6 show the same.
+@pytest.mark.parametrize("labels, width, fused", [(6, 70, {}), (6, 70, VERTICAL), *(pytest.param(13, 100, fused, marks=pytest.mark.slow)
+                                                                                    for fused in ({}, VERTICAL))])
 def test_one_pixel_a_clock(labels, width, fused):
     """Inside a line no clock is lost, between lines as many as the census takes; latency is within its bound and not far below it."""
     dut = Matcher(config_of(labels, width, **fused))
@@ -87,9 +93,11 @@ def test_one_pixel_a_clock(labels, width, fused):
     assert dut.latency_clocks - 40 <= latency <= dut.latency_clocks
 
 
+# Slow: 13 labels, of which 6 show the same.
 @pytest.mark.parametrize("config", [
-    config_of(6, 60), config_of(13, 100), config_of(13, 8), config_of(13, 100, **VERTICAL), config_of(6, 36, census_columns=9),
+    config_of(6, 60), config_of(13, 8), config_of(6, 60, **VERTICAL), config_of(6, 36, census_columns=9),
     config_of(6, 37, census_rows=3, census_columns=1), config_of(6, 44, census_rows=7, census_columns=5, census_weight=20),
+    *(pytest.param(config_of(13, 100, **fused), marks=pytest.mark.slow) for fused in ({}, VERTICAL)),
 ], ids=lambda config: f"D{config.labels}-{config.max_width}-{config.method.cost.census_rows}x{config.method.cost.census_columns}")
 def test_frame_clocks(config):
     """The distance of frames in a row is what builds and tables calculate with: exactly, but an upper bound for narrow lines."""

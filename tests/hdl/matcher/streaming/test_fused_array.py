@@ -96,12 +96,14 @@ def run(dut, pictures, configs, stall):
     return queued, right, sums, sizes
 
 
+# Slow: 33 labels, with parameters that 9 labels have too; a bench on Verilog has 39.
 @pytest.mark.parametrize("stall", [0.0, 0.3])
 @pytest.mark.parametrize("labels, width, height, fused", [
     (2, 1, 1, {}), (2, 6, 3, {"reach": 0}), (3, 40, 2, {}), (5, 12, 3, {"reach": 31, "arm_threshold": 90}),
     (13, 30, 2, {"census_rows": 3, "census_columns": 3, "census_weight": 127}), (13, 4, 3, {}),
     (18, 40, 2, {"cost_factor": 7, "truncation": 200, "cost_outside": 77, "census_weight": 0}),
-    (33, 70, 1, {"cost_factor": 0, "cost_shift": 3, "reach": 3, "cost_outside": 255}),
+    *(pytest.param(*size, 1, {"cost_factor": 0, "cost_shift": 3, "reach": 3, "cost_outside": 255}, marks=marks)
+      for size, marks in (((9, 20), []), ((33, 70), [pytest.mark.slow]))),
     # Every unit of the matching cost counts, and three costs are just above the limit.
     (3, 20, 3, {"census_rows": 3, "census_columns": 3, "census_weight": 1, "truncation": 15, "cost_factor": 15, "cost_shift": 0}),
     (6, 20, 2, {"census_rows": 1, "census_columns": 1, "truncation": 1000, "cost_factor": 1, "cost_shift": 2}),
