@@ -246,8 +246,8 @@ async def smooth_(dut):
 async def cost_summation_(dut):
     await start(dut)
     rng = np.random.default_rng(1)
-    bits = {"cost": CONFIG.cost_bits, **dict.fromkeys(("s1", "s2", "s3"), CONFIG.smooth_max.bit_length())}
-    limits = {"cost": CONFIG.cost_outside, **dict.fromkeys(("s1", "s2", "s3"), CONFIG.smooth_max)}
+    bits = {"cost": CONFIG.data_bits, **dict.fromkeys(("s1", "s2", "s3"), CONFIG.smooth_max.bit_length())}
+    limits = {"cost": CONFIG.method.data_max, **dict.fromkeys(("s1", "s2", "s3"), CONFIG.smooth_max)}
     terms = {name: rng.integers(0, limit + 1, (60, LABELS)) for name, limit in limits.items()}
     for name, values in terms.items():
         values[20:24] = limits[name]
@@ -271,7 +271,7 @@ async def sequential_engine(dut, stall):
     frames, expected = [], []
     for (width, height), (u1, u2, u3) in zip(sizes, weights):
         cost = rng.integers(0, 80, (height, width, LABELS))
-        cost[rng.random(cost.shape) < 0.2] = CONFIG.cost_outside
+        cost[rng.random(cost.shape) < 0.2] = CONFIG.method.data_max
         local = rng.integers(0, LABELS, (height, width))
         left = noise(width, height, 1, pictures=1)[0]
         frames.append(bec_words(cost, local, left))
