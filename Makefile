@@ -28,7 +28,7 @@ test: setup
 	@$(WITH_BIN) $(BIN)/python -m pytest -n auto
 
 # Under 90 seconds on two cores: the benches on Verilog and the simulations of whole matchers and of video are left to `make test`.
-QUICK := tests/test_style.py golden tests/golden tests/boards tests/hdl/parts tests/hdl/host tests/hdl/matcher/sequential \
+QUICK := tests/test_style.py tests/test_repository.py golden tests/golden tests/boards tests/hdl/parts tests/hdl/host tests/hdl/matcher/sequential \
 	tests/hdl/matcher/test_methods.py tests/hdl/matcher/test_settings.py
 
 quick: setup

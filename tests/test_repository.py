@@ -101,6 +101,7 @@ def test_hooks_run_the_tools_of_the_tests():
     hooks = {hook["id"]: hook for each in repositories for hook in each["hooks"]}
     entries = {identifier: made(hook["entry"]) for identifier, hook in hooks.items()}
     assert entries == {"ruff": {"style"}, "mypy": {"types"}, "quick": {"quick"}}
+    assert {identifier for identifier, hook in hooks.items() if "stages" in hook} == {"quick"}  # before a push only
     assert set.union(*entries.values()) <= phony_targets()
     for hook in hooks.values():
         assert hook["language"] == "system" and hook["pass_filenames"] is False
