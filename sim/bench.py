@@ -1,4 +1,4 @@
-"""How long a frame takes in simulation, for every engine and cost in one run: ``python -m sim.bench``."""
+"""Seconds of simulation of a frame, for each engine and method: ``python -m sim.bench``."""
 
 import sys
 import tempfile

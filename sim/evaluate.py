@@ -1,4 +1,4 @@
-"""Bad pixels on the Middlebury benchmark of what the simulated Verilog gives: ``python -m sim.evaluate``."""
+"""Bad pixels of the simulated Verilog on the Middlebury benchmark: ``python -m sim.evaluate``."""
 
 import json
 import sys

@@ -52,7 +52,7 @@ def output_folder(path: Path) -> Path:
     """Make the folder; :class:`UserError` if no file can be written there."""
     try:
         path.mkdir(parents=True, exist_ok=True)
-        # Only an attempt tells: permission bits say nothing of a read-only file system, nor to root.
+        # By an attempt: permission bits do not show a read-only file system, and root ignores them.
         probe = path / ".probe"
         probe.touch()
         probe.unlink()

@@ -18,7 +18,7 @@ module system_bench #(
   parameter PICTURE_WORDS = 4,  // of the two planes of a picture for the monitor
   parameter LATENCY = 20,       // clocks from a read to its word
   parameter REFRESH = 585,      // clocks from a refresh to the next
-  parameter REFRESH_CLOCKS = 24 // clocks that it takes
+  parameter REFRESH_CLOCKS = 24 // clocks of a refresh
 ) (
   input      clk,
   input      rst,

@@ -1,4 +1,4 @@
-"""The cocotb half of ``test_blocks.py``: every block against its golden function."""
+"""The cocotb half of ``test_blocks.py``: each block is compared with its golden function."""
 
 import os
 import random
@@ -44,7 +44,7 @@ STALLS = [0.0, 0.4]
 
 
 async def start(dut):
-    """Clock, reset, all inputs at 0 but the number of labels in use."""
+    """Clock, reset; all inputs are 0, except the number of labels in use."""
     for name in INPUTS:
         getattr(dut, name).value = CONFIG.labels_in_use if name.endswith("__in_use") else 0
     dut.rst.value = 1
@@ -54,7 +54,7 @@ async def start(dut):
 
 
 async def stream(dut, name, layout_i, layout_o, frames, expected, stall, *, before_frame=None):
-    """Frames of words through a block; what comes out, in meaning, must be ``expected``, and nothing after it."""
+    """Send frames of words through a block: its output, see :func:`comparable`, must be ``expected``, without extra words."""
     cocotb.start_soon(check_rules(dut, f"{name}__i"))
     transfers = []
     cocotb.start_soon(check_rules(dut, f"{name}__o", transfers))
@@ -75,7 +75,7 @@ async def stream(dut, name, layout_i, layout_o, frames, expected, stall, *, befo
 
 
 async def play(dut, name, steps, outputs):
-    """Set the inputs of a step for one clock each; return the outputs in every clock, ``None`` while they are unknown."""
+    """Set the inputs of each step for one clock; return the outputs in each clock, ``None`` if they are unknown."""
     given = []
     for step in steps:
         for member, value in step.items():
@@ -88,7 +88,7 @@ async def play(dut, name, steps, outputs):
 
 
 def split(word, count):
-    """Equal parts of a packed word, lowest first."""
+    """Parts of equal width of a packed word, the lowest first."""
     bits, word = word
     return None if word is None else [word >> n * bits & (1 << bits) - 1 for n in range(count)]
 
@@ -98,7 +98,7 @@ def join(values, bits):
 
 
 def pairs():
-    """A scene in which every label is the best somewhere, and noise of odd sizes."""
+    """A scene in which each label wins somewhere, and noise of odd sizes."""
     left, right, _ = scene(13, 4, LABELS, seed=5)
     return [(left, right), noise(1, 1, 1), noise(5, 3, 2), noise(1, 3, 3), noise(2, 1, 4)]
 
@@ -121,7 +121,7 @@ async def line_store(dut, stall):
 @cocotb.test()
 @cocotb.parametrize(stall=STALLS)
 async def line_store_ragged(dut, stall):
-    """A frame that ends in its second line is padded and closed; one error, and the next frame is exact."""
+    """A frame that ends in its second line is padded and closed; one error, and the next frame is bit-exact."""
     await start(dut)
     ragged, good = noise(5, 3, 1), noise(4, 2, 2)
     padded = ragged[:, :2].copy()
@@ -205,13 +205,13 @@ async def comparator_tree_(dut, stall):
 
 @cocotb.test()
 async def edata_memory_(dut):
-    """Each word is given up as the one below it is taken: at the full width, and with one column only."""
+    """A word is output as the one below it is written: at the full width, and with one column."""
     await start(dut)
     for width in (CONFIG.max_width, 1):
         words = np.random.default_rng(width).integers(0, 2**62, (5, width))
         exchange = {"exchange": 1, "write": 1}
         steps = [{"column": x, "i": int(words[y, x]), **exchange} for y in range(5) for x in range(width)]
-        hold = {"exchange": 0, "write": 1, "column": 0, "i": 1}   # writes nothing, and the word given stands
+        hold = {"exchange": 0, "write": 1, "column": 0, "i": 1}   # no write, and the output holds
         given = [word for word, in await play(dut, "edata_memory", [*steps, hold, hold, hold], ["o"])]
         assert given[width + 1:-2] == edata_memory(words).ravel().tolist()
         assert given[-3:] == given[-3:-2] * 3
@@ -219,7 +219,7 @@ async def edata_memory_(dut):
 
 @cocotb.test()
 async def smooth_(dut):
-    """A pixel, a neighbour and a label in every clock; the tables filled three times."""
+    """A pixel, a neighbour and a label in each clock; the tables are filled three times."""
     await start(dut)
     rng = np.random.default_rng(1)
     dut.smooth__read.value = 1
@@ -263,7 +263,7 @@ async def cost_summation_(dut):
 @cocotb.test()
 @cocotb.parametrize(stall=STALLS)
 async def sequential_engine(dut, stall):
-    """Costs and local disparities as no picture gives them; each frame has weights of its own, and the first is narrow."""
+    """Random costs and local disparities; the weights change with each frame, and the first frame is narrow."""
     await start(dut)
     rng = np.random.default_rng(1)
     sizes = [(1, 3), (13, 3), (2, 2), (5, 1), (1, 1)]
@@ -307,7 +307,7 @@ async def frame_timing(dut, stall):
 
 @cocotb.test()
 async def frame_timing_overflow(dut):
-    """Nobody takes a pixel: the first frame is cut and the second dropped, both are counted; the third is exact."""
+    """``ready`` is low: the first frame is cut and the second dropped, both are counted; the third is bit-exact."""
     await start(dut)
     rng = np.random.default_rng(1)
     frames = [pixel_words(*noise(5, 3, seed)) for seed in range(3)]

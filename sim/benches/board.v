@@ -1,4 +1,4 @@
-// The board around the chip, as far as a bench needs it: pull-ups on the I2C lines, and somebody else who may pull each of them down.
+// The board around the chip, as far as a bench needs it: pull-ups on the I2C lines, and another device that can pull each of them low.
 // Lines: decoder SCL, SDA; transmitter SCL, SDA.
 module board (
   input clk50, input reset_n, input [3:0] buttons_n, input switch, output [7:0] leds_n,

@@ -1,4 +1,4 @@
-"""cocotb half of ``test_board.py``: each pin leads to where the stand-in of the video system says, at the right level and in time."""
+"""The cocotb half of ``test_board.py``: each pin is connected to its port of the system's stand-in, with its level and delay."""
 
 import random
 
@@ -8,12 +8,12 @@ from cocotb.triggers import FallingEdge, RisingEdge, Timer
 
 
 CLOCK_NS = 20
-CAMERA_PS = {"left": 37_036, "right": 37_048}   # two clocks that drift
+CAMERA_PS = {"left": 37_036, "right": 37_048}   # two clocks with drift
 PRESSED = 0xF
 
 
 async def start(dut, *, cameras=("left", "right"), switch=1):
-    """Run the clocks and end the reset."""
+    """Start the clocks and release the reset."""
     memory = dut.chip.ddr2
     dut.reset_n.value = 0
     dut.buttons_n.value = PRESSED
@@ -42,9 +42,8 @@ async def settle(dut, cycles=8):
 
 @cocotb.test()
 async def resets_end_in_order(dut):
-    """``sync`` when both PLLs have locked, then ``display``, then a camera's domain once its clock runs, whatever the other camera does.
-
-    Pressed again, all are back.
+    """``sync`` when both PLLs have locked, then ``display``, then a camera's domain once its clock runs, independent of the other
+    camera. The button resets all again.
     """
     locks = dut.chip.ddr2.locks, dut.chip.display_pll.locks
     for late in locks:
@@ -58,7 +57,7 @@ async def resets_end_in_order(dut):
     for late in locks:
         late.value = 0
     await start(dut, cameras=())
-    # A clock faster than the display's: its domain would be the first, did it not wait for that.
+    # A clock faster than the display's: without a wait for that domain, the camera's would be released first.
     Clock(dut.right_clk, 4, unit="ns").start()
     resets = {"sync": dut.chip.rst, "display": dut.chip.display_rst, "right": dut.chip.right_camera_rst, "left": dut.chip.left_camera_rst}
     assert all(reset.value == 1 for reset in resets.values())
@@ -99,7 +98,7 @@ async def show(dut, camera, sent, count, rng):
 
 @cocotb.test()
 async def camera_bytes(dut):
-    """Each camera's bytes, in order and whole, in its own half of the memory's write data; the left one's are the address too."""
+    """All bytes of each camera, in order, in one half of the memory's write data each; those of the left one are also the address."""
     memory = await start(dut)
     await settle(dut, 40)
     sent = {"left": [], "right": []}
@@ -115,7 +114,7 @@ async def camera_bytes(dut):
         assert memory.local_address.value == word & 0xFF
     for camera, bytes_sent in sent.items():
         assert len(bytes_sent) == 200
-        # A byte that repeats the one before does not show.
+        # A repeated byte is not visible.
         expected = [byte for before, byte in zip([0, *bytes_sent], bytes_sent) if byte != before]
         assert seen[camera][1:] == expected, camera
 
@@ -176,7 +175,7 @@ async def memory_bus(dut):
 
 @cocotb.test()
 async def i2c_lines(dut):
-    """Low when the chip pulls, or somebody else does, who is seen; high otherwise."""
+    """Low if the chip or another device pulls it low, which the chip reads; otherwise high."""
     await start(dut)
     await settle(dut, 20)
     assert dut.isel.value == 1
@@ -195,7 +194,7 @@ async def i2c_lines(dut):
 
 @cocotb.test()
 async def transmitter_by_levels(dut):
-    """Switch 0 closed: ISEL stays low, the chip lets go of the transmitter's lines, and of those alone."""
+    """Switch 0 closed: ISEL stays low, and the chip releases the transmitter's lines only."""
     await start(dut, switch=0)
     await settle(dut, 20)
     dut.buttons_n.value = 0

@@ -1,4 +1,4 @@
-"""The cocotb half of the long test in ``test_camera.py``: a frame at full size into a consumer that stalls as long as it may."""
+"""The cocotb half of the long test in ``test_camera.py``: a frame at full size into a consumer with the longest permitted stalls."""
 
 import random
 
@@ -15,7 +15,7 @@ from sim.models.camera import frames_of, play_cocotb
 
 
 async def stalls(dut, cycles):
-    """As long as the FIFO rides out, with pauses in which it drains: a line takes 4800 clocks."""
+    """Stalls that the FIFO bridges, with pauses in which it drains: a line has 4800 clocks."""
     rng = random.Random(1)
     while True:
         dut.o__ready.value = 1

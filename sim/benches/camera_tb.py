@@ -1,4 +1,4 @@
-"""The cocotb half of ``test_camera.py``: films with every fault into the emitted receiver."""
+"""The cocotb half of ``test_camera.py``: frames with each fault into the emitted receiver."""
 
 import random
 
@@ -54,7 +54,7 @@ async def show(dut, data, *, period, stall):
 
 
 async def drain_while_the_clock_runs(dut):
-    """A full FIFO learns by the camera's clock that there is room again, and takes the drop word."""
+    """A full FIFO has room again, is clocked by the camera, and accepts the drop word."""
     camera = cocotb.start_soon(play_cocotb(dut.camera_clk, dut.data, [0x10] * 60, period=PERIODS[0]))
     words = await drain(dut, "o", clocks=100)
     await camera
@@ -83,7 +83,7 @@ async def faults(dut, period, stall):
 
 @cocotb.test()
 async def overflow(dut):
-    """Nobody takes a word for two frames: the first is cut, the second lost whole, the third is exact."""
+    """``ready`` is low for two frames: the first is cut, the second lost, the third bit-exact."""
     await start(dut)
     camera = Camera(FORMAT)
     data, expected = camera.film(pictures(3))

@@ -1,4 +1,4 @@
-"""The cocotb half of a test of builds: the output ``a`` is what the environment says."""
+"""The cocotb half of a test of builds: the output ``a`` has the value of the environment variable ``A``."""
 
 import os
 

@@ -24,13 +24,13 @@ FRAME = DISPLAY.h_total * DISPLAY.v_total * SYNC_HZ // DISPLAY.pixel_clock_hz   
 
 
 async def start(dut):
-    """Clocks, resets that end at different times, all inputs at 0."""
+    """Clocks, resets that are released at different times; all inputs are 0."""
     for name in os.environ["INPUTS"].split():
         getattr(dut, name).value = 0
     dut.rst.value = 1
     dut.display_rst.value = 1
     for clock, hertz in ((dut.clk, SYNC_HZ), (dut.display_clk, DISPLAY.pixel_clock_hz)):
-        # A clock in C++; half a period is a whole number of picoseconds.
+        # A clock driven by C++; half a period is a whole number of picoseconds.
         cocotb.start_soon(Clock(clock, 2 * round(0.5e12 / hertz), "ps", impl="gpi").start())
     await ClockCycles(dut.display_clk, 4)
     dut.rst.value = 0
@@ -39,7 +39,7 @@ async def start(dut):
 
 
 async def read_pictures(dut, plan):
-    """Answer each fetch by an entry of ``plan``, which has the settings too; they change between the fetches."""
+    """Reply to each fetch with the next entry of ``plan``, which has the settings too; they change between fetches."""
     rng = random.Random(1)
     dut.mode.value, dut.colour.value = plan[0][0]
     await RisingEdge(dut.fetch)
@@ -57,10 +57,10 @@ async def read_pictures(dut, plan):
                 await ClockCycles(dut.clk, idle - 1)
             dut.i__payload.value = pack(LAYOUT, word)
             dut.i__valid.value = 1
-            taken = False
-            while not taken:
+            accepted = False
+            while not accepted:
                 await ReadOnly()
-                taken, fetch = dut.i__ready.value == 1, dut.fetch.value == 1
+                accepted, fetch = dut.i__ready.value == 1, dut.fetch.value == 1
                 if fetch:
                     break
                 await RisingEdge(dut.clk)
@@ -81,7 +81,7 @@ async def show(dut, plan):
         await ClockCycles(dut.display_clk, DISPLAY.h_total)
     for number, (((mode, colour), entry), picture) in enumerate(zip(plan, monitor.pictures)):
         np.testing.assert_array_equal(picture, entry.picture(DISPLAY, mode, colour, LABELS), f"frame {number}")
-    # The last frame seen has been followed by one more fetch.
+    # There was one more fetch after the last frame.
     assert dut.frames.value == len(plan) + 1
     assert dut.underflows.value == sum(entry.underflow for _, entry in plan)
 
@@ -91,18 +91,18 @@ def pair(seed):
 
 
 def modes():
-    """Full rate; a frame for each mode, in grey or in colour, as ``MODES`` says: ``mode colour`` for each."""
+    """Full rate; a frame for each mode, in grey or in colour, of ``MODES``: ``mode colour`` for each."""
     numbers = [int(number) for number in os.environ["MODES"].split()]
     return [(setting, Fetch(pair(seed))) for seed, setting in enumerate(zip(numbers[::2], numbers[1::2]))]
 
 
 def faults():
-    """A picture that stops and goes on when it is too late, one that does not come, none to show, one that is cut; each is followed by a
-    good one."""
+    """Pictures with a long pause, without a word, without ``shown_valid``, and cut; each is followed by a complete one."""
     half = (SIZE[1] // 2) * SIZE[0] + 3
     entries = [
-        Fetch(pair(0), came=half, pause=(half, FRAME // 3)), Fetch(pair(1)), Fetch(pair(2), came=0, words=[]), Fetch(pair(3), stall=0.3),
-        Fetch(pair(4), shown_valid=False), Fetch(pair(5)), Fetch(pair(6), came=50, words=shown_words(*pair(6))[:50]), Fetch(pair(7)),
+        Fetch(pair(0), in_time=half, pause=(half, FRAME // 3)), Fetch(pair(1)), Fetch(pair(2), in_time=0, words=[]),
+        Fetch(pair(3), stall=0.3), Fetch(pair(4), shown_valid=False), Fetch(pair(5)),
+        Fetch(pair(6), in_time=50, words=shown_words(*pair(6))[:50]), Fetch(pair(7)),
     ]
     return [((0, 1), entry) for entry in entries]
 

@@ -45,7 +45,7 @@ def _small(method: Method, minimum: int = 0) -> Size:
         MemoryTiming(row_clocks=2, turn_clocks=2))
 
 
-#: By name. A monitor's frame takes half as long as a camera's or less, as the frame store wants it.
+#: By name. A monitor's frame is at most half as long as a camera's, as the frame store requires.
 SIZES = {
     "small": _small(OnePass(Arithmetic.LINEAR)),
     "small fused": _small(changed(FUSED_1, sub_pixel=True), minimum=2),  # with all of it that the monitor sees

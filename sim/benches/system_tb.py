@@ -18,10 +18,10 @@ from sim.models.ddr2 import Ddr2Timing
 
 HOSTILE = Ddr2Timing(busy=0.4, refresh=(300, 24))
 
-# Stalls that end before the monitor needs what it began to fetch as they began, for all but a hundred of the clocks of its blanking.
+# A hundred clocks shorter than the monitor's blanking: a stall that begins with the display's fetch ends before the first word is due.
 STALLS = tuple((clock, 500) for clock in range(20_000, 2_000_000, 3_777))
 
-#: What must not happen however unkind the memory is, as long as it keeps its promise.
+#: Counters that stay 0 with any timing of the memory within its bounds.
 NEVER = ("matcher_error", "display_underflows", "pictures_abandoned",
          *(f"{side}_{what}" for side in SIDES for what in ("dropped", "overflow", "skipped", "rejected")))
 
@@ -31,13 +31,13 @@ async def start(dut, stalls=()):
     rig = Rig(dut, timing=dataclasses.replace(HOSTILE, stalls=stalls))
     await rig.start()
     await rig.shows(frames=20)
-    rig.cut = 0     # black up to the first picture
+    rig.cut = 0     # black until the first picture
     return rig
 
 
 @cocotb.test()
 async def pictures(dut):
-    """Pictures of all kinds, bit-exact; what the host sets takes effect for whole pictures; status and counters read back."""
+    """All display modes, bit-exact; settings take effect between pictures; status and counters are read."""
     rig = await start(dut)
     assert await rig.read("identity") == IDENTITY
     assert await rig.read("in_use") == rig.config.labels
@@ -51,7 +51,7 @@ async def pictures(dut):
         await rig.shows()
     assert rig.cut == 0
 
-    # The picture stands still.
+    # Hold: the picture is repeated.
     await rig.write("hold", 1)
     await rig.shows()
     still = rig.golden(rig.pair, rig.settings)
@@ -83,7 +83,7 @@ async def pictures(dut):
 
 @cocotb.test()
 async def fills(dut):
-    """Pair after pair, bit-exact, for a number of frames; how full the FIFOs got."""
+    """Scene after scene, bit-exact, for a number of frames; the greatest fill of each FIFO."""
     rig = await start(dut, STALLS)
     await rig.write("clear_counters", 1)
     memory, frames = rig.memory, rig.films["left"].frames

@@ -33,7 +33,7 @@ def test_lint(simulator, verilog):
 
 @pytest.mark.parametrize("labels", [4, pytest.param(80, marks=pytest.mark.slow)])
 def test_lint_of_the_real_system(labels, tmp_path):
-    """As the build writes it: a project that its own checks find sound, and that both simulators take."""
+    """A project that passes the checks of the build, and that both simulators accept."""
     assert main(["--board", "cyclone3", "--disparities", str(labels), "--output", str(tmp_path)]) == 0
     for simulator in SIMULATORS:
         lint(simulator, [tmp_path / "stereo.v", *STUBS], "stereo")

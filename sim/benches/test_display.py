@@ -28,5 +28,5 @@ def test_small(tmp_path):
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["720x576", "1024x768"])
 def test_real_formats(name, tmp_path):
-    """720x576 pixels: two frames, timing and pictures. Mode ``both`` on 1024x768 takes 0.93 words a cycle."""
+    """720x576 pixels: two frames, timing and pictures. Mode ``both`` on 1024x768 reads 0.93 words a cycle."""
     bench("verilator", name, (720, 576), tmp_path, disparities=80, depth=512, plans=["0 1 2 1"])

@@ -1,4 +1,4 @@
-"""The whole matcher with the cost fused: emitted Verilog on text pictures, equal to the golden model in every pixel."""
+"""The whole matcher with the fused method: emitted Verilog on text pictures, bit-exact with the golden model."""
 
 
 import numpy as np
@@ -72,7 +72,7 @@ def test_matches_golden(simulator, case, sizes, settings, tmp_path):
 
 
 def test_scene_tells_labels_apart():
-    """What the cases above are fed tells right from nearly right, with the second method too."""
+    """The scenes of the cases above distinguish a matcher from one with a small fault, with the fused method too."""
     case = config(39, 160)
     (left, *_), (right, *_) = pictures([(160, 33)], 39)
     assert discriminates(fused.stages(left, right, case).found, case)

@@ -1,4 +1,4 @@
-"""The harness itself, on a stand-in for the matcher: what goes in comes out, and every fault of the stand-in is seen."""
+"""The harness, with a stand-in for the matcher: correct output is accepted, and each fault of the stand-in is reported."""
 
 import numpy as np
 import pytest
@@ -32,7 +32,7 @@ endmodule
 """
 GOOD = {"i_ready": "!valid || o__ready", "o_valid": "valid", "o_payload": "{word[18:16], word[3:0] + weight}", "error": "1'b0"}
 
-# What is changed, and what the harness says of it.
+# Changed expressions, and the harness's message.
 FAULTS = {
     "payload changes while stalled": ({"o_payload": "{word[18:16], word[3:0] ^ {3'b0, beat}}"}, "rule_errors"),
     "valid drops": ({"o_valid": "valid && beat", "i_ready": "!valid || o__ready && beat"}, "rule_errors"),
@@ -73,7 +73,7 @@ def test_good(tmp_path, simulator):
     plain = simulate(CONFIG, lefts, rights, simulator=simulator, work_dir=work, verilog=verilog, progress=lines.append)
     assert lines[-1] == 3 + 1 + 1 + 9
     assert [fields["disparity"].tolist() for fields in plain.fields] == [(left % 16).tolist() for left in lefts]
-    # A stage costs a clock; without stalls a pixel a clock.
+    # The stage has a latency of one clock; without stalls a pixel a clock.
     assert [frame.latency for frame in plain.frames] == [frame.latency_first for frame in plain.frames] == [1, 1, 1, 1]
     assert [frame.in_clocks for frame in plain.frames] == [21, 1, 300, 9]
     assert [frame.out_clocks for frame in plain.frames] == [20, 0, 299, 8]
@@ -90,7 +90,7 @@ def test_good(tmp_path, simulator):
 
 
 @pytest.mark.parametrize("fault", FAULTS)
-def test_fault_is_seen(tmp_path, fault):
+def test_fault_is_reported(tmp_path, fault):
     changes, told = FAULTS[fault]
     lefts, rights = pictures((6, 3), (6, 3)), pictures((6, 3), (6, 3))
     with pytest.raises(SimulationError, match=told):
@@ -114,14 +114,14 @@ def test_cocotb_drivers(tmp_path, stall, fault):
             run(*arguments, env={"STALL": stall})
 
 
-def test_missing_bench_is_told(tmp_path):
+def test_missing_bench_is_reported(tmp_path):
     build("icarus", [stand_in(tmp_path)], "matcher", tmp_path / "icarus")
     for module in ("sim.none_tb", "sim.kit.simulators"):   # no such module; a module without tests
         with pytest.raises(SimulationError, match=r"ended abnormally|no test"):
             run("icarus", "matcher", tmp_path / "icarus", module)
 
 
-def test_bad_verilog_is_told(tmp_path):
+def test_bad_verilog_is_reported(tmp_path):
     verilog = tmp_path / "bad.v"
     verilog.write_text("module matcher(input clk; endmodule\n")
     with pytest.raises(SimulationError, match=r"(?s)did not build.*bad\.v"):

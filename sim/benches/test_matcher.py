@@ -1,4 +1,4 @@
-"""The whole matcher: emitted Verilog on text pictures, equal to the golden model in every pixel."""
+"""The whole matcher: emitted Verilog on text pictures, bit-exact with the golden model."""
 
 import numpy as np
 import pytest
@@ -41,7 +41,7 @@ MORE = [
 SMALL = [
     (config(2, Arithmetic.THESIS, max_width=5), [(5, 3), (1, 1)]),
     (config(2, Arithmetic.LINEAR, 4, max_width=1), [(1, 1), (1, 2)]),
-    (config(13, Arithmetic.THESIS, max_width=40), [(2, 3), (37, 11), (1, 1)]),   # a first line shorter than the fill of the tables
+    (config(13, Arithmetic.THESIS, max_width=40), [(2, 3), (37, 11), (1, 1)]),   # a first line that is shorter than the fill of the tables
     (config(13, Arithmetic.LINEAR, 3, max_width=26), [(26, 4), (5, 3)]),
     (streaming(2, 4, max_width=1), [(1, 1), (1, 2)]),
     (streaming(13, 3, max_width=40), [(37, 11), (1, 1), (40, 2)]),
@@ -77,7 +77,7 @@ def engines(disparities, max_width):
 @pytest.mark.parametrize("case", [pytest.param(case, marks=[pytest.mark.slow] if case.engine is Engine.SEQUENTIAL else [])
                                   for case in engines(16, 384)], ids=names)
 def test_tsukuba(case, tmp_path):
-    """Slow: the sequential engine, which takes five clocks a pixel; it has a part of the pair below."""
+    """Slow: the sequential engine, with five clocks a pixel; the test below has a part of the pair."""
     pair = middlebury("tsukuba")
     bench = MatcherBench(case, tmp_path)
     result = bench.check([pair.left], [pair.right], "verilator")

@@ -1,4 +1,4 @@
-"""The monitor's model: takes a good signal, and raises on each fault, naming its place."""
+"""The monitor's model: accepts a correct signal, and raises on each fault, with its place."""
 
 import numpy as np
 import pytest

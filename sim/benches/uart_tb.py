@@ -41,7 +41,7 @@ async def start(dut, **options):
 
 
 async def ask(dut, host, request):
-    """The reply to a request; nothing else may come."""
+    """The reply to a request, without extra bytes."""
     host.send(encode_request(request))
     await ClockCycles(dut.clk, (2 * 10 * FRAME_BYTES + 10) * BIT_CYCLES)
     reply = decode_reply(bytes(host.received))

@@ -32,7 +32,7 @@ async def start(dut):
 
 
 async def until(handle, value=1, milliseconds=200):
-    """Wait for a level, and for all that comes with it."""
+    """Wait for a level, and for the changes in the same clock."""
     async def wait():
         while handle.value != value:
             await ValueChange(handle)

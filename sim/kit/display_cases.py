@@ -66,7 +66,7 @@ class Fetch:
     ----------
     pair : pair of ndarray
         Disparities and left picture.
-    came : int
+    in_time : int
         Number of their pixels that arrive in time; all by default, and then there is no underflow.
     words : list of dict
         Payloads; the pixels of ``pair`` by default.
@@ -82,7 +82,7 @@ class Fetch:
         Probability of an idle cycle before each word.
     """
     pair: tuple[NDArray[Any], NDArray[Any]]
-    came: int | None = None
+    in_time: int | None = None
     words: Sequence[dict[str, int]] | None = None
     shown_valid: bool = True
     stale: Sequence[dict[str, int]] = ()
@@ -92,7 +92,7 @@ class Fetch:
 
     @property
     def underflow(self) -> bool:
-        return self.shown_valid and self.came is not None
+        return self.shown_valid and self.in_time is not None
 
     def offers(self, rng: Random, halves: bool = False) -> Iterator[tuple[dict[str, int], int]]:
         """Words, and the number of idle cycles before each; in the first cycle after ``fetch`` only a stale word is valid.
@@ -111,4 +111,4 @@ class Fetch:
 
     def picture(self, display: DisplayFormat, mode: int, colour: bool, labels: int) -> NDArray[Any]:
         """The monitor's picture; ``mode`` is the setting's value."""
-        return seen(*self.pair, display, mode_name(mode), bool(colour), labels, self.came if self.shown_valid else 0)
+        return seen(*self.pair, display, mode_name(mode), bool(colour), labels, self.in_time if self.shown_valid else 0)

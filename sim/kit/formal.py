@@ -58,7 +58,7 @@ def prove(elaboratable: Elaboratable, ports: Sequence[Value], folder: Path, *, t
     # `aig`, then numbers of nodes, inputs, latches, outputs, gates, and assertions.
     header = (folder / "design.aig").read_bytes().split(b"\n", 1)[0].split()
     if len(header) < 7 or header[3] == b"0":
-        raise ValueError(f"{type(elaboratable).__name__} asserts nothing of registers that its inputs could change")
+        raise ValueError(f"{type(elaboratable).__name__} has no assertion about registers that depend on its inputs")
     pyosys = find_spec("pyosys")
     assert pyosys and pyosys.origin
     try:

@@ -134,7 +134,7 @@ module harness #(
     rc = $value$plusargs("right=%s", right_name);
     rc = $value$plusargs("output=%s", output_name);
     rc = $value$plusargs("report=%s", report_name);
-    // Never zero: a zero would stay zero.
+    // Not zero: a zero would stay zero.
     random_i = (seed * 32'h9e3779b1) | 1;
     random_o = (seed * 32'h85ebca6b) ^ 32'h5bd1e995 | 1;
   end
@@ -151,7 +151,7 @@ module harness #(
       if (frames_read == 0) bad_files = 1;
       apply_settings <= given != 0;
     end else begin
-      // Nothing is offered before the settings are taken.
+      // `valid` stays low until the settings are applied.
       settled = running;
       apply_settings <= 0;
     end
@@ -162,7 +162,7 @@ module harness #(
       random_i = xorshift(random_i);
       random_o = xorshift(random_o);
 
-      // What was taken from the input in the clock that ends here.
+      // The input word accepted in the clock that ends here.
       in_taken = i_valid && i_ready === 1'b1;
       if (i_ready !== 1'b1 && i_ready !== 1'b0) rule_errors = rule_errors + 1;
       if (in_taken) begin
@@ -179,7 +179,7 @@ module harness #(
         end
       end
 
-      // What was offered at the output in the clock that ends here. A payload holds until it is taken.
+      // The output word of the clock that ends here. A payload holds until it is accepted.
       if (o_valid !== 1'b1 && o_valid !== 1'b0) rule_errors = rule_errors + 1;
       if (held && (o_valid !== 1'b1 || o_payload !== held_payload)) rule_errors = rule_errors + 1;
       held = o_valid === 1'b1 && !o_ready;
@@ -193,7 +193,7 @@ module harness #(
         idle = 0;
         if (pixels_given == pixels_taken) extra_words = extra_words + 1;
         else begin
-          // Place the word by the size of the picture that went in, and hold its flags against that.
+          // Place the word by the size of the input picture, and compare its flags with that.
           ring = frames_given % FRAMES;
           out_width = width_of[ring[9:0]];
           out_height = height_of[ring[9:0]];
@@ -218,7 +218,7 @@ module harness #(
           else $fwrite(output_file, "%02x", word[7:0]);
           if (last) begin
             $fwrite(output_file, "\n");
-            $fflush(output_file);   // whoever waits for the end can see how far it is
+            $fflush(output_file);   // progress, for a reader of the file
           end
           out_x = last ? 0 : out_x + 1;
           if (last) out_y = end_ ? 0 : out_y + 1;
@@ -234,7 +234,7 @@ module harness #(
         end
       end
 
-      // What to offer to the input in the next clock. An idle payload is noise: it must not be read without `valid`.
+      // The input word of the next clock. The payload of an idle clock is noise: it must not be read without `valid`.
       if (!i_valid || in_taken) begin
         if (in_open && {24'd0, random_i[15:8]} >= stall_i) begin
           rc = $fscanf(left_file, "%h", left);
@@ -254,8 +254,8 @@ module harness #(
         end
       end
 
-      // Whether to take a word in the next clock. With stalls the first word of a frame is taken only after it has been offered: a
-      // matcher whose `valid` waits for `ready` then hangs.
+      // `ready` of the next clock. With stalls the first word of a frame must be valid for a clock before it is accepted: a matcher
+      // whose `valid` waits for `ready` then hangs.
       finish = in_over && frames_given == frames_read;
       if (finish) drain = drain + 1;
       o_ready <= finish || {24'd0, random_o[15:8]} >= stall_o && (stall_o == 0 || seen);

@@ -121,7 +121,7 @@ def require(simulator: str) -> None:
         if shutil.which(tool) is None:
             raise UserError(f"the simulator {simulator} needs the program {tool}, which is not installed; "
                             f"install it: apt-get install {package}")
-    import find_libpython  # comes with cocotb
+    import find_libpython  # a dependency of cocotb
     if find_libpython.find_libpython() is None and "LIBPYTHON_LOC" not in os.environ:
         python = f"{sys.version_info.major}.{sys.version_info.minor}"
         raise UserError(f"the simulators load Python {python} as a shared library, which is missing; "
@@ -235,7 +235,7 @@ def build(simulator: str, sources: Iterable[str | os.PathLike[str]], toplevel: s
     files = [Path(source).resolve() for source in sources]
     parameters, defines = dict(parameters or {}), dict(defines or {})
     if simulator == "verilator":
-        # With everything public the optimiser takes over ten minutes.
+        # With all signals public the optimiser needs more than ten minutes.
         changes = {"MAKEFLAGS": _MAKEFLAGS.format(fast="-O0" if debug else "-O1")}
         arguments = [*_WARNINGS, *(() if debug else _PORTS_ONLY)]
     else:

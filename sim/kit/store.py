@@ -116,7 +116,7 @@ def models() -> Store:
         if not (ROOT / "pyproject.toml").is_file():
             raise OSError("an installed copy")
         folder.mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryFile(dir=folder):    # only an attempt tells: permission bits say nothing of a read-only file system
+        with tempfile.TemporaryFile(dir=folder):    # permission bits do not show a read-only file system
             pass
     except OSError:
         folder = Path(_temporary().name)

@@ -101,16 +101,16 @@ def test_underflow(mode):
     good, *pair = pairs(9)
     plan = []
     for entry in (
-        Fetch(pair[0], came=0, pause=(0, LONG)),
-        Fetch(pair[1], came=0, delay=LATE),             # fills the FIFO nevertheless
-        Fetch(pair[2], came=0, words=[]),
-        Fetch(pair[3], came=82, pause=(82, LONG)),      # the last word of mode `both`
-        Fetch(pair[4], came=16, pause=(16, LATE)),      # in the second line; the rest is late
-        Fetch(pair[5], came=26, pause=(26, LONG)),
-        Fetch(pair[6], came=48, pause=(48, LONG)),      # between two lines
-        Fetch(pair[7], came=1, pause=(1, LONG)),
+        Fetch(pair[0], in_time=0, pause=(0, LONG)),
+        Fetch(pair[1], in_time=0, delay=LATE),             # fills the FIFO nevertheless
+        Fetch(pair[2], in_time=0, words=[]),
+        Fetch(pair[3], in_time=82, pause=(82, LONG)),      # the last word of mode `both`
+        Fetch(pair[4], in_time=16, pause=(16, LATE)),      # in the second line; the rest is late
+        Fetch(pair[5], in_time=26, pause=(26, LONG)),
+        Fetch(pair[6], in_time=48, pause=(48, LONG)),      # between two lines
+        Fetch(pair[7], in_time=1, pause=(1, LONG)),
     ):
-        plan += [Fetch(good), entry] if entry.came else [entry]
+        plan += [Fetch(good), entry] if entry.in_time else [entry]
     plan.append(Fetch(good))
     run = run_display(plan, mode=mode, colour=1)
     check(plan, run)
@@ -129,7 +129,7 @@ def test_words_left_over():
     """Words of the old picture before the new one, and a FIFO full of them; at first a whole picture but for its first word."""
     pair = pairs(5)
     old = shown_words(*pair[0])
-    plan = [Fetch(pair[1], stale=old[1:]), Fetch(pair[2], came=13, pause=(13, LATE)), Fetch(pair[3], stale=old[60:61]),
+    plan = [Fetch(pair[1], stale=old[1:]), Fetch(pair[2], in_time=13, pause=(13, LATE)), Fetch(pair[3], stale=old[60:61]),
             Fetch(pair[4], words=shown_words(*pair[4]) + old)]
     check(plan, run_display(plan))
     check(plan, run_display(plan, clocks=(65, 75)))
@@ -154,7 +154,7 @@ def ragged():
 def test_ragged_pictures():
     """What is good of them is shown, the rest is black; the next one is exact."""
     good = pairs(1)[0]
-    plan = [entry for _, pair, came, words in ragged() for entry in (Fetch(pair, came=came, words=words), Fetch(good))]
+    plan = [entry for _, pair, in_time, words in ragged() for entry in (Fetch(pair, in_time=in_time, words=words), Fetch(good))]
     check(plan, run_display(plan))
 
 
@@ -164,7 +164,7 @@ def test_fifo_bridges_a_pause():
     pair = pairs(2, size)
     fills = {}
     for pause in (0, 5, 10, 30):
-        plan = [Fetch(pair[0], pause=(56, pause), came=56 if pause == 30 else None), Fetch(pair[1])]
+        plan = [Fetch(pair[0], pause=(56, pause), in_time=56 if pause == 30 else None), Fetch(pair[1])]
         run = run_display(plan, size=size, clocks=(100, 100))
         check(plan, run)
         fills[pause] = run.fill
@@ -214,13 +214,13 @@ def test_clear():
 
 def cut(entry, picture):
     """How many words of it were shown."""
-    return [came for came in range(96) if (Fetch(entry.pair, came=came).picture(SMALL_DISPLAY, 0, 0, LABELS) == picture).all()][-1]
+    return [n for n in range(96) if (Fetch(entry.pair, in_time=n).picture(SMALL_DISPLAY, 0, 0, LABELS) == picture).all()][-1]
 
 
 def test_reset_of_the_memory_side():
     """The monitor does not notice but for the rest of a picture; fetches go on, the next picture is exact. No event is invented."""
     first, *pair = pairs(5)
-    plan = [Fetch(first, came=0, words=[]), *map(Fetch, pair)]
+    plan = [Fetch(first, in_time=0, words=[]), *map(Fetch, pair)]
     run = run_display(plan, reset=(3, 200))
     whole = [0, 1, 3, 4]
     check_pictures([plan[n] for n in whole], [run.pictures[n] for n in whole], [run.settings[n] for n in whole])
@@ -235,7 +235,7 @@ def test_reset_of_the_display(fetches):
     """It fetches a picture at once, which is bit-exact; the picture that was being read is drained. After an odd number of fetches and
     underflows one more of each is counted."""
     first, *pair = pairs(6)
-    plan = [Fetch(first, came=0, words=[]), *map(Fetch, pair)]
+    plan = [Fetch(first, in_time=0, words=[]), *map(Fetch, pair)]
     run = run_display(plan, restart=(fetches, 200))
     odd = fetches % 2
     whole = [n for n in range(6) if n not in ((2, 3) if odd else (1,))]
