@@ -172,3 +172,23 @@ def test_paths_exist(path):
     """What looks like a file or a folder of the repository is one."""
     spans = re.findall(r"`((?:golden|hdl|boards|sim|tests|docs)/[\w./-]*)`", text(path))
     assert [each for each in spans if not (ROOT / each).exists()] == []
+
+
+def cells(path, row):
+    """Cells of the row of a table that starts with these words."""
+    found, = re.findall(rf"^\| {re.escape(row)}[^|]*\| (.*) \|$", text(path), re.MULTILINE)
+    return found.split(" | ")
+
+
+def test_readme_has_the_counts_of_the_pages():
+    """Resources are those of docs/resources.md, generated, and of docs/tuning.md; the third figure of the latter is in a sentence."""
+    size = "720x576x80"
+    head = cells(ROOT / "docs" / "resources.md", "EP3C120")
+    for row, generated, tuned in (("logic elements", "logic elements", "logic elements"), ("memory bits", "memory bits", "memory bits"),
+                                  ("M9K blocks", "M9K", "M9K blocks")):
+        thesis, sequential, streaming, fused, _ = cells(ROOT / "README.md", row)
+        counts = dict(zip(head, cells(ROOT / "docs" / "resources.md", generated), strict=True))
+        sets = cells(ROOT / "docs" / "tuning.md", tuned)
+        assert [thesis, sequential, streaming] == [counts[f"{name} {size}"] for name in ("thesis", "sequential", "streaming")]
+        assert fused == sets[0]
+        assert row == "memory bits" or f"{sets[2]} {row}" in " ".join(text(ROOT / "README.md").split())
