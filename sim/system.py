@@ -5,6 +5,7 @@ the monitor saw must equal the golden model's picture in every pixel. ``--frames
 models that check every rule: how full the FIFOs get, and whether each fault is counted and got over.
 """
 
+import functools
 import json
 import sys
 import time
@@ -25,7 +26,7 @@ from golden.video.bt656 import clip, encode
 from golden.video.display import DisplayMode, monitor_picture
 from golden.video.formats import PAL, CameraFormat
 from golden.video.memory_map import Plane
-from hdl.emit import write_verilog
+from hdl.emit import verilog_text, write_verilog
 from hdl.video.system import StereoSystem
 from sim.benches.system_sizes import CLOCK_HZ, SIZES, TOP, Size
 from sim.kit.simulators import SimulationError, build, require, run
@@ -43,10 +44,17 @@ _RIGHT_SECONDS = 0.002
 _DISPLAY_SECONDS = 0.0095
 
 
+@functools.cache
+def _emitted(size: str) -> tuple[StereoSystem, str]:
+    system = SIZES[size].system()
+    return system, verilog_text(system, name=TOP)
+
+
 def run_small(folder: Path, test: str, *, size: str = "small", **env: str | int) -> StereoSystem:
     """Run a test of ``system_tb.py`` by its name on a small system, which is returned."""
-    system = SIZES[size].system()
-    source = write_verilog(system, folder / "small.v", name=TOP)
+    system, verilog = _emitted(size)
+    source = folder / "small.v"
+    source.write_text(verilog)
     build("verilator", [source], TOP, folder / "small")
     ran = run("verilator", TOP, folder / "small", "sim.benches.system_tb",
               env={"SYSTEM_SIZE": size, "COCOTB_TEST_FILTER": rf"\b{test}$", **env})
