@@ -29,7 +29,7 @@ def test_counter(tmp_path, top, limit, holds):
 
 def test_no_assertion(tmp_path):
     counter = Counter(9, 10)
-    with pytest.raises(ValueError, match=r"^Counter asserts nothing"):
+    with pytest.raises(ValueError, match=r"^Counter has no assertion about registers"):
         prove(counter, [], tmp_path)     # no input can change it
 
 
