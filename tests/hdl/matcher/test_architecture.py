@@ -1,3 +1,4 @@
+# amaranth: UnusedElaboratable=no
 """docs/architecture.md states latencies and rates: they are those of the components at the size that it names."""
 
 import pathlib
