@@ -14,10 +14,12 @@ from .files import check_output
 from .matcher.confidence import CONFIDENCE_MAX
 from .matcher.matcher import in_pixels, match
 from .pictures.dataset import motorcycle
-from .pictures.images import LABEL_SUFFIXES, read_pair, write_labels, write_picture
+from .pictures.disparities import LABEL_SUFFIXES, write_labels
+from .pictures.images import read_pair, write_picture
 from .pictures.metrics import bad_pixels
 from .pictures.products import SUFFIXES, add_product_options, read_camera, write_products
 from .pictures.truth import add_truth_options, check_truth_options, read_truth
+from .pictures.white import add_white_option, check_white
 
 
 __all__ = ["main"]
@@ -42,10 +44,11 @@ def parser() -> Parser:
         prog="golden match", description="Disparities of a rectified pair of pictures, as the gateware computes them.",
         epilog="Without LEFT and RIGHT the Motorcycle pair of scikit-image, reduced to 180x120 pixels, is matched "
                "and compared with its truth.")
-    result.add_argument("left", nargs="?", type=Path, metavar="LEFT", help="left picture: PNG, PGM, PPM, JPEG, PFM, NPY or text picture")
+    result.add_argument("left", nargs="?", type=Path, metavar="LEFT", help="left picture: PNG, PGM, PPM, TIFF, JPEG, PFM, NPY or text")
     result.add_argument("right", nargs="?", type=Path, metavar="RIGHT", help="right picture, of the same size")
     result.add_argument("--disparities", type=int, metavar="N",
                         help=f"number of disparities, {LIMITS}: 0 .. N-1 pixels (default without pictures: what covers the truth)")
+    add_white_option(result)
     add_minimum_option(result)
     add_method_options(result)
     add_truth_options(result)
@@ -98,12 +101,13 @@ def run(argv: Sequence[str] | None) -> None:
         raise UserError(f"{options.left} has no right picture; give LEFT and RIGHT, or neither for the Motorcycle pair")
     if options.left and options.disparities is None:
         raise UserError(f"--disparities is missing; give the number of disparities of the pictures, {LIMITS}")
+    check_white(options, bool(options.left))
     check_truth_options(options)
     read_camera(options)
     _check_outputs(options, method_config(options, MatcherConfig.LABELS[0] if options.disparities is None else options.disparities))
 
     pair = None if options.left else motorcycle()
-    left, right = (pair.left, pair.right) if pair else read_pair(options.left, options.right)
+    left, right = (pair.left, pair.right) if pair else read_pair(options.left, options.right, options.white)
     config = method_config(options, options.disparities if options.disparities is not None or not pair else pair.disparities)
     camera = read_camera(options, left.shape)
     truth = read_truth(options, left.shape, config)

@@ -24,6 +24,7 @@ from golden.matcher.matcher import in_pixels
 from golden.pictures.dataset import StereoPair, motorcycle
 from golden.pictures.images import colour_map, read_pair, write_picture
 from golden.pictures.metrics import bad_pixels
+from golden.pictures.white import add_white_option, check_white
 
 from .kit.harness import Result, mismatches, simulate
 from .kit.simulators import SIMULATORS, SimulationError, require
@@ -39,6 +40,7 @@ def _parser() -> Parser:
                         help="rectified pair, left(x) matches right(x-d); without it, the Motorcycle pair, reduced")
     parser.add_argument("--disparities", type=int, metavar="N",
                         help="number of disparities, 0 .. N-1 pixels, 2 to 256; what covers the truth for the Motorcycle pair")
+    add_white_option(parser)
     add_gateware_options(parser)
     parser.add_argument("--simulator", choices=SIMULATORS, default=SIMULATORS[0], help="default: %(default)s")
     parser.add_argument("--output", type=Path, default=Path("build/run"), metavar="DIR",
@@ -65,12 +67,14 @@ def _pictures(options) -> tuple[NDArray[np.uint8], NDArray[np.uint8], int, Stere
     """Left, right, number of disparities, and the pair with its truth if no pictures were named."""
     if len(options.pictures) not in (0, 2):
         raise UserError(f"LEFT and RIGHT are two pictures, not {len(options.pictures)}; name both or none")
+    check_white(options, bool(options.pictures))
     if options.disparities is not None:
         gateware_config(options, options.disparities)  # before anything is read
     if options.pictures:
         if options.disparities is None:
             raise UserError("--disparities is missing; say how many disparities, 2 to 256, the pair needs")
-        return *read_pair(*options.pictures), options.disparities, None
+        left, right = options.pictures
+        return *read_pair(left, right, options.white), options.disparities, None
     pair = motorcycle()
     return pair.left, pair.right, pair.disparities if options.disparities is None else options.disparities, pair
 

@@ -22,6 +22,7 @@ from golden.errors import UserError, run_cli
 from golden.matcher.labelling import match
 from golden.pictures.dataset import motorcycle
 from golden.pictures.images import read_pair, write_picture
+from golden.pictures.white import add_white_option, check_white
 from golden.video.bt656 import clip, encode
 from golden.video.display import DisplayMode, monitor_picture
 from golden.video.formats import PAL, CameraFormat
@@ -74,11 +75,11 @@ def _fit(picture, format: CameraFormat):
     return picture
 
 
-def _pair(names, format):
+def _pair(names, white, format):
     if len(names) not in (0, 2):
         raise UserError(f"LEFT and RIGHT are two pictures, not {len(names)}; name both or none")
     if names:
-        left, right = read_pair(*names)
+        left, right = read_pair(*names, white)
     else:
         pair = motorcycle(1, format.width, format.height)
         left, right = pair.left, pair.right
@@ -167,6 +168,7 @@ def _main(argv: Sequence[str] | None) -> int:
                     "the whole system. Exit status 1 if the monitor shows anything but the golden model's picture.")
     parser.add_argument("pictures", nargs="*", metavar="LEFT RIGHT",
                         help=f"rectified pair, cropped or its edges repeated to {PAL.width}x{PAL.height}; without it, the Motorcycle pair")
+    add_white_option(parser)
     parser.add_argument("--frames", type=int, metavar="N", help="instead: N frames of a small system, how full its FIFOs get")
     parser.add_argument("--faults", action="store_true", help="instead: faults of a small system")
     parser.add_argument("--output", type=Path, default=Path("build/system"), metavar="DIR", help="default: %(default)s")
@@ -178,8 +180,9 @@ def _main(argv: Sequence[str] | None) -> int:
         raise UserError("--frames and --faults are two benches; choose one of them")
     if small and options.pictures:
         raise UserError("LEFT and RIGHT are for the full size, and --frames and --faults have pictures of their own; leave them out")
+    check_white(options, bool(options.pictures))
     size = SIZES["full"]
-    pair = [] if small else _pair(options.pictures, size.camera)
+    pair = [] if small else _pair(options.pictures, options.white, size.camera)
     require("verilator")
     folder = output_folder(options.output).absolute()
     if small:

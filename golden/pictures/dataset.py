@@ -12,7 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import UserError
-from .images import grey, read_disparity, read_pair, read_picture
+from .disparities import read_disparity
+from .images import grey, read_pair, read_picture
 
 
 __all__ = ["MASKS", "PAIRS", "StereoPair", "add_data_option", "data_folder", "load_pair", "load_pairs", "motorcycle", "pairs_in"]

@@ -9,7 +9,8 @@ from numpy.typing import NDArray
 
 from ..config import MatcherConfig
 from ..errors import UserError
-from .images import read_disparity, read_picture
+from .disparities import read_disparity
+from .images import read_picture
 
 
 __all__ = ["add_threshold_option", "add_truth_options", "check_threshold", "check_truth_options", "read_truth"]

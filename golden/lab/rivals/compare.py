@@ -28,6 +28,7 @@ from ...pictures.metrics import bad_pixels
 from ...pictures.scenes import SCENES
 from ...pictures.sheet import SHEET_SUFFIXES, Strip, write_comparison
 from ...pictures.truth import add_truth_options, check_truth_options, read_truth
+from ...pictures.white import add_white_option, check_white
 from ..workers import check_installed
 from .options import check_names
 from .registry import METHODS
@@ -188,6 +189,7 @@ def parser() -> Parser:
                         help=f"which scenes, none too: {', '.join(SCENES)} (default: all)")
     result.add_argument("--methods", nargs="+", choices=METHODS, default=list(DEFAULT_METHODS), metavar="NAME",
                         help=f"which of those of golden rivals (default: {' '.join(DEFAULT_METHODS)})")
+    add_white_option(result)
     add_truth_options(result)
     result.add_argument("--output", type=Path, metavar="FILE", help=f"draw all pictures there; suffix {', '.join(SHEET_SUFFIXES)}")
     result.add_argument("--page", type=Path, metavar="FILE", help=(
@@ -199,7 +201,7 @@ def _pair(options: argparse.Namespace) -> View:
     """The view of LEFT and RIGHT."""
     check_disparities(options.disparities)
     config = MatcherConfig(options.disparities)
-    left, right = read_pair(options.left, options.right)
+    left, right = read_pair(options.left, options.right, options.white)
     found = read_truth(options, left.shape, config)
     truth, mask = found or (None, None)
     return View(options.left.name, left, right, truth, {} if mask is None else {KNOWN: mask}, options.disparities)
@@ -227,6 +229,7 @@ def _check(options: argparse.Namespace) -> None:
         raise UserError(f"--page {options.page} is for the Motorcycle pair, not for {options.left}; leave one of them out")
     if options.page and not options.output:
         raise UserError(f"--page {options.page} shows the picture --output, which is missing; give --output FILE too")
+    check_white(options, bool(options.left))
     check_truth_options(options)
 
 

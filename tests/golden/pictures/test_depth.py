@@ -5,7 +5,7 @@ import pytest
 
 from golden.pictures.calibration import Calibration
 from golden.pictures.depth import depth, points, write_depth
-from golden.pictures.images import read_disparity
+from golden.pictures.disparities import read_disparity
 
 
 CALIBRATION = Calibration(focal=100, baseline=0.5, offset=2, centre=(1, 0))

@@ -7,7 +7,8 @@ from PIL import Image
 from golden.__main__ import main
 from golden.pictures.calibration import Calibration
 from golden.pictures.depth import depth
-from golden.pictures.images import colour_map, read_disparity, write_picture
+from golden.pictures.disparities import read_disparity
+from golden.pictures.images import colour_map, write_picture
 from golden.pictures.metrics import bad_pixels
 from golden.pictures.scenes import scene
 
