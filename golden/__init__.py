@@ -3,3 +3,8 @@
 ``config``, ``matcher``, ``video`` and ``host`` are what the gateware must equal; ``pictures`` and ``lab`` measure it on data.
 May import ``golden``, NumPy and libraries for pictures and tables.
 """
+
+from .errors import guard_start
+
+
+guard_start()

@@ -2,3 +2,8 @@
 ``yosys`` starts Yosys, ``netlist`` reads its netlists; the components are in the rooms. Every component names its golden function.
 May import ``golden``; ``hdl.build`` alone ``boards.registry``, to look a board up by name.
 """
+
+from golden.errors import guard_start
+
+
+guard_start()

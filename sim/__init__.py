@@ -2,3 +2,8 @@
 board. The rooms: ``kit`` drives simulators and checks streams, ``models`` are the chips around the FPGA, ``benches`` the tests.
 May import ``golden``, ``hdl`` and ``boards``.
 """
+
+from golden.errors import guard_start
+
+
+guard_start()

@@ -12,10 +12,11 @@ from pathlib import Path
 from typing import Any
 
 from golden.errors import UserError
+from golden.processes import run_program
 
 from ..emit import ZERO_INIT, rtlil_text
 from ..netlist import Netlist, read_netlist, set_attribute
-from ..yosys import Tool, run_yosys
+from ..yosys import Tool, run_yosys, tool_environment
 from .floorplan import floor_plan, selection_plan
 
 
@@ -182,8 +183,9 @@ def place_and_route(component: Any, report: Callable[[str], None] = lambda step:
                      "--freq", str(_TARGET_MHZ), "--seed", str(seed),
                      "--json", "design.json", "--report", "report.json", "--detailed-timing-report"]
         with (folder / "nextpnr.log").open("w") as log:
-            done = subprocess.run([sys.executable, "-c", _NEXTPNR, *arguments], cwd=folder, stdout=log, stderr=subprocess.STDOUT)
-        if done.returncode or not (folder / "report.json").exists():
+            status = run_program([sys.executable, "-c", _NEXTPNR, *arguments], cwd=folder, env=tool_environment(), stdout=log,
+                                 stderr=subprocess.STDOUT)
+        if status or not (folder / "report.json").exists():
             errors = [line for line in (folder / "nextpnr.log").read_text().splitlines() if line.startswith("ERROR")]
             reason = errors[0].removeprefix("ERROR: ") if errors else "it gave no reason"
             raise UserError(f"nextpnr did not place and route the design on an {DEVICE} ({reason}); choose fewer disparities")

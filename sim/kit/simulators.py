@@ -19,9 +19,12 @@ import tempfile
 import time
 from collections.abc import Iterable, Mapping
 from pathlib import Path
+from typing import Any
 
 from golden.errors import UserError
+from golden.processes import run_program
 
+from .places import clean_environment, copied, full_disk, link_tools, relative
 from .store import ROOT, Store, models
 
 
@@ -42,12 +45,12 @@ _VERILATOR_VERSION = (5, 36)
 _MAKEFLAGS = " -- CFG_CXXFLAGS_PCH_I=-include OPT_FAST={fast} OPT_SLOW=-O0"
 
 # Verilator's makefile calls this in front of each compilation. The runtime libraries of Verilator and cocotb are the same in all
-# models and take longer to compile than a small model: their objects, whose sources alone have absolute paths, are kept. $OBJECTS is
+# models and take longer to compile than a small model: their objects, whose sources alone are in other folders, are kept. $OBJECTS is
 # where, and the prefix of their names.
 _OBJECTS = """\
 for source; do :; done
 case $source in
-    /*.cpp) ;;
+    */*.cpp) ;;
     *) exec "$@" ;;
 esac
 object=$(basename "$source" .cpp).o
@@ -132,14 +135,11 @@ def require(simulator: str) -> None:
 def _environment(simulator, **changes):
     """The process's environment while cocotb's runner works: it reads options there that have no argument."""
     before, path = dict(os.environ), list(sys.path)
-    # Flags of a `make` above this process, options of the runner for traces and viewers, and pytest's name of the test, which makes the
-    # runner exit instead of returning.
-    for name in ("MAKEFLAGS", "MFLAGS", "MAKELEVEL", "WAVES", "GUI", "SIM_CMD_PREFIX", "SIM_CMD_SUFFIX", "PYTEST_CURRENT_TEST",
-                 "VERILATOR_ROOT"):
-        os.environ.pop(name, None)
+    clean = clean_environment()
     if simulator == "verilator":
-        os.environ["PATH"] = os.pathsep.join([str(_verilator()[0]), os.environ["PATH"]])
-    os.environ.update(changes)
+        clean["PATH"] = os.pathsep.join([str(_verilator()[0]), clean["PATH"]])
+    os.environ.clear()
+    os.environ.update(clean, **changes)
     sys.path.insert(0, str(ROOT))  # becomes PYTHONPATH
     logger = logging.getLogger(simulator.capitalize())
     level = logger.level
@@ -153,31 +153,45 @@ def _environment(simulator, **changes):
 
 
 def _runner(simulator):
-    from cocotb_tools.runner import get_runner  # here, so that `require` can say that it is missing
-    runner = get_runner(simulator)
+    from cocotb_tools.runner import SUPPORTED_RUNNERS  # here, so that `require` can say that it is missing
+
+    class Runner(SUPPORTED_RUNNERS[simulator]):  # type: ignore[misc]
+        """With programs that end when this process does, and builds without absolute paths."""
+        def _execute_cmds(self, cmds: list[list[str]], cwd: os.PathLike[str], stdout: Any = None) -> None:
+            for command in cmds:
+                if status := run_program(command, cwd=cwd, env=self.env, stdout=stdout, stderr=subprocess.STDOUT):
+                    raise RuntimeError(f"status {status}")
+
+        def _build_command(self) -> list[list[str]]:
+            commands: list[list[str]] = super()._build_command()
+            return [relative(command, self.build_dir) for command in commands]
+
+    runner = Runner()
     runner.log.setLevel(logging.CRITICAL)  # errors become exceptions
     return runner
 
 
 def _tail(log_file, lines=15):
-    """The end of a log, after a line break."""
+    """The end of a log, after a line break. Its name is not told: a build's folder is gone by then."""
     try:
         text = Path(log_file).read_text(errors="replace").splitlines()
     except OSError:
         return ""
-    return "\n".join(["", f"{log_file} ends with:", *text[-lines:]])
+    return "\n".join(["", f"{Path(log_file).name} ends with:", *text[-lines:]]) if text else ""
 
 
 def lint(simulator: str, sources: Iterable[str | os.PathLike[str]], toplevel: str) -> None:
     """Parse and elaborate ``sources`` with a simulator; :class:`SimulationError` if it prints a warning or an error."""
     require(simulator)
-    files = [str(Path(source).resolve()) for source in sources]
     if simulator == "verilator":
-        command = ["verilator", "--lint-only", "-Wall", *_WARNINGS, *_BOARD_WARNINGS, "--top-module", toplevel, *files]
+        command = ["verilator", "--lint-only", "-Wall", *_WARNINGS, *_BOARD_WARNINGS, "--top-module", toplevel]
     else:
-        command = ["iverilog", "-g2005", "-Wall", "-Wno-timescale", "-t", "null", "-s", toplevel, *files]
-    with _environment(simulator):
-        done = subprocess.run(command, capture_output=True, text=True)
+        command = ["iverilog", "-g2005", "-Wall", "-Wno-timescale", "-t", "null", "-s", toplevel]
+    with tempfile.TemporaryDirectory(prefix="lint-") as folder:
+        command += [copied(Path(source), Path(folder), number).name for number, source in enumerate(sources)]
+        changes = link_tools(Path(folder), _verilator()[0]) if simulator == "verilator" else {"TMPDIR": "."}
+        with _environment(simulator, **changes):
+            done = subprocess.run(command, cwd=folder, capture_output=True, text=True, errors="replace")
     said = (done.stdout + done.stderr).strip()
     if done.returncode or "warning" in said.lower() or "error" in said.lower():
         raise SimulationError(f"{simulator} rejects {toplevel}: {said[-2000:]}")
@@ -252,21 +266,24 @@ def build(simulator: str, sources: Iterable[str | os.PathLike[str]], toplevel: s
         if store.fetch(key, model):
             return 0.0
         start = time.perf_counter()
-        # Not in `build_dir`: `make` fails below a folder whose name has a space or a character that it interprets, and objects and
-        # precompiled headers, 200 MB, are not needed afterwards.
+        # Not in `build_dir`: objects and precompiled headers, 200 MB, are not needed afterwards.
         with tempfile.TemporaryDirectory(prefix="build-") as folder:
             log_file = Path(folder) / "build.log"
+            copies = [copied(file, Path(folder), number) for number, file in enumerate(files)]
             if simulator == "verilator":
                 (Path(folder) / "objects.sh").write_text(_OBJECTS)
                 versions = hashlib.sha256(_versions(simulator).encode()).hexdigest()
                 changes |= {"OBJCACHE": "sh ./objects.sh", "OBJECTS": f"{store.folder.resolve()}/{versions[:16]}-"}
+                changes |= link_tools(Path(folder), _verilator()[0])
+            else:
+                changes["TMPDIR"] = "."
             with _environment(simulator, **changes):
                 try:
                     _runner(simulator).build(
-                        sources=files, hdl_toplevel=toplevel, parameters=parameters, defines=defines, build_args=arguments,
+                        sources=copies, hdl_toplevel=toplevel, parameters=parameters, defines=defines, build_args=arguments,
                         build_dir=folder, timescale=("1ns", "1ps"), waves=waves, always=True, log_file=log_file)
                 except RuntimeError as error:
-                    raise SimulationError(f"{simulator} did not build {toplevel}{_tail(log_file)}") from error
+                    raise SimulationError(f"{simulator} did not build {toplevel}: {error}{full_disk(folder)}{_tail(log_file)}") from error
             shutil.move(_model(simulator, toplevel, Path(folder)), model)
         store.keep(key, model)
         return time.perf_counter() - start
@@ -299,12 +316,16 @@ def run(simulator: str, toplevel: str, build_dir: str | os.PathLike[str], test_m
         Number of tests, all of which passed. :class:`SimulationError` if none ran, or one failed.
     """
     from cocotb_tools.check_results import get_results
+    from cocotb_tools.config import libs_dir
     build_dir = Path(build_dir).resolve()
     log_file = build_dir / "run.log" if log_file is None else Path(log_file).resolve()
     results = log_file.with_suffix(".xml")
     plusargs = list(plusargs)
     test_args = []
+    changes = {"NO_COLOR": "1", **{name: str(value) for name, value in (env or {}).items()}}      # the log is quoted in messages
     if simulator == "verilator":
+        libraries = [str(libs_dir), *filter(None, [os.environ.get("LD_LIBRARY_PATH")])]
+        changes["LD_LIBRARY_PATH"] = os.pathsep.join(libraries)
         # A register without an initial value is noise, as it is X in Icarus.
         test_args += ["+verilator+rand+reset+2", "+verilator+seed+1"]
         if waves is not None:
@@ -312,8 +333,7 @@ def run(simulator: str, toplevel: str, build_dir: str | os.PathLike[str], test_m
     elif waves is not None:
         # Relative to where the simulator runs: Icarus does not accept every character in a name.
         plusargs.append(f"+dumpfile_path={os.path.relpath(waves, build_dir)}")
-    # The log is quoted in messages: without colours.
-    with _environment(simulator, NO_COLOR="1", **{name: str(value) for name, value in (env or {}).items()}):
+    with _environment(simulator, **changes):
         try:
             _runner(simulator).test(
                 test_module=test_module, hdl_toplevel=toplevel, hdl_toplevel_lang="verilog", build_dir=build_dir, plusargs=plusargs,

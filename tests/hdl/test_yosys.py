@@ -1,6 +1,8 @@
+from pathlib import Path
+
 import pytest
 
-from hdl.yosys import Tool, run_yosys
+from hdl.yosys import Tool, run_yosys, tool_environment
 
 
 DESIGN = "module \\top\n  wire input 1 \\a\n  wire output 2 \\y\n  connect \\y \\a\nend\n"
@@ -26,3 +28,38 @@ def test_failure(tool, script, told, tmp_path):
     run_yosys(tool, "hierarchy\n", tmp_path)
     with pytest.raises(RuntimeError, match=rf"(?s)^Yosys failed: .*{told}"):
         run_yosys(tool, script, tmp_path)
+
+
+@pytest.mark.parametrize("how", ["XDG_CACHE_HOME", "HOME", "wasmtime", "YoWASP"])
+def test_cache_that_cannot_be_written(tmp_path, monkeypatch, how):
+    """The tool is compiled all the same, into a folder that this process removes."""
+    home = tmp_path / "home"
+    (home / ".cache").mkdir(parents=True)
+    monkeypatch.delenv("XDG_CACHE_HOME", raising=False)
+    monkeypatch.setenv("HOME", str(home))
+    assert "XDG_CACHE_HOME" not in tool_environment()
+    (tmp_path / "file").touch()
+    if how in ("HOME", "XDG_CACHE_HOME"):
+        monkeypatch.setenv(how, str(tmp_path / "file" / "below"))
+    else:
+        (home / ".cache" / how).touch()
+    folder = tool_environment()["XDG_CACHE_HOME"]
+    assert tmp_path not in Path(folder).parents and Path(folder).is_dir()
+    assert tool_environment()["XDG_CACHE_HOME"] == folder     # one for all runs of this process
+    if how == "HOME":
+        test_runs_in_the_folder(Tool.AMARANTH, tmp_path)
+        assert (Path(folder) / "wasmtime").is_dir()
+
+
+def test_relative_cache_is_none(tmp_path, monkeypatch):
+    """As for all programs that keep to the rule of XDG."""
+    monkeypatch.setenv("XDG_CACHE_HOME", "relative")
+    monkeypatch.setenv("HOME", str(tmp_path))
+    monkeypatch.chdir(tmp_path)
+    assert tool_environment()["XDG_CACHE_HOME"] == "relative"
+    assert [path.name for path in tmp_path.iterdir()] == [".cache"]
+
+
+def test_mounts_of_other_tools_are_not_seen(monkeypatch):
+    monkeypatch.setenv("YOWASP_MOUNT", "/none=/none")
+    assert "YOWASP_MOUNT" not in tool_environment()

@@ -7,6 +7,7 @@ from pathlib import Path
 
 from ...errors import UserError
 from ...files import check_output
+from ...processes import run_program
 from ..cache import source_digest
 from .page import Table
 
@@ -61,8 +62,7 @@ def find_resources(cache: Path, quick: bool) -> dict[int, Table] | None:
             return None
         check_output(page, (".md",), "--cache")
         clock = ["--clock", str(CLOCK)] if CLOCK.exists() else []
-        done = subprocess.run([sys.executable, "-m", COMMAND.split()[-1], "--output", str(page), *clock], stdout=subprocess.DEVNULL,
-                              check=False)
-        if done.returncode:
-            raise UserError(f"{COMMAND} ended with status {done.returncode}; {REMEDY}")
+        status = run_program([sys.executable, "-m", COMMAND.split()[-1], "--output", str(page), *clock], stdout=subprocess.DEVNULL)
+        if status:
+            raise UserError(f"{COMMAND} ended with status {status}; {REMEDY}")
     return read_resources(page)

@@ -1,6 +1,5 @@
 """golden.lab.thesis.tables and .resources: the page of the resources is read, or written first; sections show it."""
 
-import subprocess
 import sys
 
 import pytest
@@ -55,9 +54,9 @@ def counted(tmp_path, monkeypatch):
         started.append(command)
         path = command[command.index("--output") + 1]
         (tmp_path / path).write_text(RESOURCES)
-        return subprocess.CompletedProcess(command, 0)
+        return 0
 
-    monkeypatch.setattr(subprocess, "run", run)
+    monkeypatch.setattr(resources, "run_program", run)
     monkeypatch.setattr(resources, "source_digest", lambda files: f"{len(list(files)):064}")
     return started
 
@@ -83,7 +82,7 @@ def test_the_kept_page_is_read(counted, tmp_path):
 
 
 def test_a_count_that_fails(counted, tmp_path, monkeypatch):
-    monkeypatch.setattr(subprocess, "run", lambda command, **options: subprocess.CompletedProcess(command, 2))
+    monkeypatch.setattr(resources, "run_program", lambda command, **options: 2)
     with pytest.raises(UserError, match=r"hdl\.resources\.tables ended with status 2; .*--resources, .*--quick"):
         find_resources(tmp_path / "cache", quick=False)
 
