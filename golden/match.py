@@ -14,10 +14,10 @@ from .files import check_output
 from .matcher.confidence import CONFIDENCE_MAX
 from .matcher.matcher import in_pixels, match
 from .pictures.dataset import motorcycle
-from .pictures.disparities import LABEL_SUFFIXES, write_labels
-from .pictures.images import read_pair, write_picture
+from .pictures.disparities import LABEL_SUFFIXES, check_disparity_output, write_disparity, write_labels
+from .pictures.images import read_pair
 from .pictures.metrics import bad_pixels
-from .pictures.products import SUFFIXES, add_product_options, read_camera, write_products
+from .pictures.products import SUFFIXES, add_product_options, check_camera_options, read_camera, write_products
 from .pictures.truth import add_truth_options, check_truth_options, read_truth
 from .pictures.white import add_white_option, check_white
 
@@ -27,9 +27,6 @@ __all__ = ["main"]
 
 LIMITS = f"{MatcherConfig.LABELS[0]} to {MatcherConfig.LABELS[-1]}"
 
-
-BYTE_MAX = 255
-WIDE_SUFFIXES = (".npy", ".pfm")  # what holds more than bytes
 
 # What the second method gives in addition to the disparity.
 MAPS = {
@@ -55,6 +52,8 @@ def parser() -> Parser:
     add_product_options(result)
     result.add_argument("--output", type=Path, required=True, metavar="FILE",
                         help="disparities, pixels; the suffix decides: .npy labels, .png or .pgm 8-bit labels, .pfm, .txt text picture")
+    result.add_argument("--png-scale", type=int, metavar="S", help=(
+        "--output is a .png of 16 bits with disparity * S, rounded; 0 would be unknown, so disparity 0 is 1; S = 256 is KITTI's format"))
     for option, what in MAPS.items():
         result.add_argument(f"--{option}", type=Path, metavar="FILE", help=f"{what}; --cost fused only, formats as of --output")
     return result
@@ -67,7 +66,7 @@ def greatest(config: MatcherConfig) -> int:
 
 def _check_outputs(options: argparse.Namespace, config: MatcherConfig) -> None:
     """:class:`UserError` unless every file that is asked for can be written, and can hold what is written there."""
-    inputs = (options.left, options.right, options.truth, options.mask, options.calib)
+    inputs = (options.left, options.right, options.truth, options.mask, *(options.calib or []))
     sides = [side for side in inputs if side is not None and side.exists()]
     taken: list[tuple[str, Path]] = []
     for name in ("output", *MAPS, *SUFFIXES):
@@ -84,13 +83,7 @@ def _check_outputs(options: argparse.Namespace, config: MatcherConfig) -> None:
             if path.resolve() == before.resolve():
                 raise UserError(f"{path} is given for {other} and for {option}; choose another {option}")
         taken.append((option, path))
-    if options.output.suffix.lower() not in WIDE_SUFFIXES:
-        if config.method.disparity_scale > 1:
-            raise UserError(f"{options.output} holds whole numbers only, but --sub-pixel gives fractions; "
-                            f"choose one of {', '.join(WIDE_SUFFIXES)} for --output")
-        if greatest(config) > BYTE_MAX:
-            raise UserError(f"{options.output} holds disparities up to {BYTE_MAX}, but --minimum and --disparities reach "
-                            f"{greatest(config)}; choose one of {', '.join(WIDE_SUFFIXES)} for --output")
+    check_disparity_output(options.output, config.minimum, greatest(config), config.method.disparity_scale > 1, options.png_scale)
 
 
 def run(argv: Sequence[str] | None) -> None:
@@ -103,13 +96,13 @@ def run(argv: Sequence[str] | None) -> None:
         raise UserError(f"--disparities is missing; give the number of disparities of the pictures, {LIMITS}")
     check_white(options, bool(options.left))
     check_truth_options(options)
-    read_camera(options)
+    check_camera_options(options)
     _check_outputs(options, method_config(options, MatcherConfig.LABELS[0] if options.disparities is None else options.disparities))
 
     pair = None if options.left else motorcycle()
     left, right = (pair.left, pair.right) if pair else read_pair(options.left, options.right, options.white)
     config = method_config(options, options.disparities if options.disparities is not None or not pair else pair.disparities)
-    camera = read_camera(options, left.shape)
+    camera = read_camera(options, left.shape, config)
     truth = read_truth(options, left.shape, config)
     if pair and truth is None:
         truth = pair.truth, pair.masks["known"]
@@ -119,12 +112,7 @@ def run(argv: Sequence[str] | None) -> None:
     disparity = in_pixels(fields["disparity"], config)
     seconds = time.perf_counter() - start
 
-    if config.method.disparity_scale > 1:
-        write_picture(options.output, disparity.astype(np.float32))  # exact
-    elif greatest(config) > BYTE_MAX:
-        write_picture(options.output, disparity.astype(np.uint16))
-    else:
-        write_labels(options.output, disparity.astype(np.uint8))
+    write_disparity(options.output, disparity, config.minimum, greatest(config), options.png_scale)
     for name in MAPS:
         if getattr(options, name):
             write_labels(getattr(options, name), fields[name].astype(np.uint8))

@@ -1,18 +1,20 @@
-"""Calibration of a rectified pair: Middlebury's calib.txt."""
+"""Calibration of a rectified pair."""
 
 import math
-import os
-import re
+from collections.abc import Sequence
 from dataclasses import dataclass
-from pathlib import Path
 
 from ..errors import UserError
 
 
-__all__ = ["Calibration", "read_calibration"]
+__all__ = ["CENTRE_PIXELS", "Calibration", "Matrix", "check_rectified", "from_projections"]
 
 
-_LINE = re.compile(r"\s*(\w+)\s*=\s*(.*?)\s*")
+Matrix = Sequence[float]
+
+# What may differ between two cameras that are rectified: part of a focal length, pixels of a principal point. Files are rounded.
+_FOCAL_PART = 0.001
+CENTRE_PIXELS = 0.5
 
 
 @dataclass(frozen=True)
@@ -31,56 +33,67 @@ class Calibration:
         Principal point of the left picture, x and y in pixels; ``None``: the middle of the picture.
     size : (int, int) or None
         Width and height of the pictures it applies to, pixels; ``None``: any.
+    millimetres : float or None
+        Millimetres in the unit of ``baseline``; ``None``: not known.
+    focal_y : float or None
+        Vertical focal length, pixels, where it differs; ``None``: ``focal``.
     """
     focal: float
     baseline: float
     offset: float = 0.0
     centre: tuple[float, float] | None = None
     size: tuple[int, int] | None = None
+    millimetres: float | None = None
+    focal_y: float | None = None
 
     def __post_init__(self) -> None:
-        for name in ("focal", "baseline"):
+        for name in ("focal", "baseline", "focal_y"):
             value = getattr(self, name)
-            if not (math.isfinite(value) and value > 0):
+            if value is not None and not (math.isfinite(value) and value > 0):
                 raise ValueError(f"{name} must be a number above 0, not {value:g}")
         if not math.isfinite(self.offset):
             raise ValueError(f"offset must be a number, not {self.offset:g}")
 
 
-def read_calibration(path: str | os.PathLike[str]) -> Calibration:
-    """The calibration in a file in the format of Middlebury 2014's ``calib.txt``, lines ``name=value``.
+def check_rectified(left: Matrix, right: Matrix, names: tuple[str, str]) -> None:
+    """:class:`UserError` unless two projection matrices, as of :func:`from_projections`, are those of a rectified pair of cameras."""
+    for matrix, name in ((left, names[0]), (right, names[1])):
+        if len(matrix) != 12 or not all(map(math.isfinite, matrix)):
+            raise UserError(f"{name} is not a matrix of 3x4 numbers; correct it")
+        if matrix[1] or matrix[4] or [*matrix[8:11]] != [0, 0, 1] or matrix[0] <= 0 or matrix[5] <= 0:
+            raise UserError(f"{name} is not the projection of a rectified camera, [fx 0 cx tx; 0 fy cy 0; 0 0 1 0], with focal lengths "
+                            "above 0; rectify the pair, and give the calibration after that")
+    for what, at, limit in (("fx", 0, _FOCAL_PART * left[0]), ("fy", 5, _FOCAL_PART * left[5]), ("cy", 6, CENTRE_PIXELS)):
+        if abs(left[at] - right[at]) > limit:
+            raise UserError(f"{names[0]} has the {what} {left[at]:g} and {names[1]} has {right[at]:g}; those of a rectified pair are "
+                            "equal: rectify it, and give the calibration after that")
 
-    Read are ``cam0`` (the left camera's matrix, rows separated by ``;``), ``baseline``, and, if present, ``doffs``, ``width`` and
-    ``height``. :class:`UserError` if the file has another format.
+
+def from_projections(left: Matrix, right: Matrix, names: tuple[str, str], size: tuple[int, int] | None = None,
+                     millimetres: float | None = None) -> Calibration:
+    """The calibration of two cameras from their projection matrices ``[fx 0 cx tx; 0 fy cy ty; 0 0 1 tz]``, row by row.
+
+    The baseline is the difference of their ``tx / fx``.
+
+    Parameters
+    ----------
+    left, right : sequence of 12 floats
+    names : (str, str)
+        What they are called, for messages.
+    size, millimetres
+        As of :class:`Calibration`.
+
+    Returns
+    -------
+    Calibration
+        :class:`UserError` if the cameras are not rectified, or are not side by side, the left one on the left.
     """
-    path = Path(path)
-    try:
-        matches = map(_LINE.fullmatch, path.read_text(encoding="utf-8").splitlines())
-    except OSError as error:
-        raise UserError(f"cannot read {path}: {error.strerror}; give a calib.txt as Middlebury 2014 has it") from error
-    except UnicodeDecodeError:
-        raise UserError(f"{path} is not text; give a calib.txt as Middlebury 2014 has it") from None
-    entries = {match[1]: match[2] for match in matches if match}
-    for name in ("cam0", "baseline"):
-        if name not in entries:
-            raise UserError(f"{path} has no {name}; add the line {name}=..., or give --focal and --baseline instead of --calib")
-
-    def number(name: str, text: str) -> float:
-        try:
-            return float(text)
-        except ValueError:
-            raise UserError(f"{path} has the {name} {text[:40]!r}, which is not a number; correct it") from None
-
-    matrix = [row.split() for row in entries["cam0"].strip("[] ").split(";")]
-    if [len(row) for row in matrix] != [3, 3, 3]:
-        raise UserError(f"{path} has the cam0 {entries['cam0'][:60]!r}; write it as [f 0 cx; 0 f cy; 0 0 1]")
-    try:
-        size = tuple(int(number(name, entries[name])) for name in ("width", "height") if name in entries)
-        return Calibration(
-            focal=number("focal length", matrix[0][0]), baseline=number("baseline", entries["baseline"]),
-            offset=number("doffs", entries.get("doffs", "0")), centre=(number("cx", matrix[0][2]), number("cy", matrix[1][2])),
-            size=(size[0], size[1]) if len(size) == 2 else None)
-    except UserError:
-        raise
-    except (ValueError, OverflowError) as error:
-        raise UserError(f"{path} cannot be a calibration: {error}; correct it") from None
+    check_rectified(left, right, names)
+    baseline = left[3] / left[0] - right[3] / right[0]
+    apart = abs(left[7] / left[5] - right[7] / right[5])
+    if apart > abs(baseline):
+        raise UserError(f"{names[0]} and {names[1]} are one above the other; turn the pictures and the calibration by 90 degrees")
+    if baseline <= 0:
+        raise UserError(f"{names[1]} has a baseline of {baseline:g} to the right of {names[0]}, which is not above 0; "
+                        "give the right camera's matrix as the right one")
+    return Calibration(left[0], baseline, right[2] - left[2], (left[2], left[6]), size, millimetres, left[5])

@@ -8,14 +8,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..files import atomic
+from ..notes import note
 from .calibration import Calibration
 from .images import write_picture
 
 
-__all__ = ["DEPTH_SUFFIXES", "depth", "points", "write_depth"]
+__all__ = ["DEPTH_SUFFIXES", "depth", "millimetres", "points", "write_depth"]
 
 
-DEPTH_SUFFIXES = (".npy", ".pfm", ".ply")
+DEPTH_SUFFIXES = (".npy", ".pfm", ".ply", ".png")
+
+DEPTH_MAX = 65535  # millimetres in a .png
 
 _POINT = np.dtype([("position", "<f4", 3), ("colour", "u1", 3)])
 
@@ -71,16 +74,53 @@ def points(z: NDArray[np.float64], left: NDArray[np.uint8], calibration: Calibra
     height, width = z.shape
     cx, cy = calibration.centre or ((width - 1) / 2, (height - 1) / 2)
     y, x = np.nonzero(np.isfinite(z))
-    near = z[y, x]
-    return np.stack([(x - cx) * near / calibration.focal, (y - cy) * near / calibration.focal, near], axis=-1), left[y, x]
+    near, focal_y = z[y, x], calibration.focal_y or calibration.focal
+    return np.stack([(x - cx) * near / calibration.focal, (y - cy) * near / focal_y, near], axis=-1), left[y, x]
+
+
+def millimetres(z: NDArray[np.float64], calibration: Calibration) -> tuple[NDArray[np.uint16], int]:
+    """Depth in whole millimetres, rounded half up.
+
+    Parameters
+    ----------
+    z : (H, W) ndarray
+        Of :func:`depth`.
+    calibration : Calibration
+        With ``millimetres``.
+
+    Returns
+    -------
+    levels : (H, W) uint16 ndarray
+        ``1..65535``; 0 where there is no depth, or one beyond 65535 mm.
+    far : int
+        Number of pixels of finite depth beyond that.
+
+    Examples
+    --------
+    >>> calibration = Calibration(focal=800, baseline=0.1, millimetres=1000)
+    >>> millimetres(np.array([[np.inf, 80.0, 0.0015]]), calibration)
+    (array([[0, 0, 2]], dtype=uint16), 1)
+    """
+    if calibration.millimetres is None:
+        raise ValueError("the unit of the baseline is not known")
+    rounded = np.floor(z * calibration.millimetres + 0.5)
+    far = rounded > DEPTH_MAX
+    levels = np.where(far, 0, np.maximum(rounded, 1)).astype(np.uint16)
+    return levels, int(np.count_nonzero(far & np.isfinite(z)))
 
 
 def write_depth(path: str | os.PathLike[str], z: NDArray[np.float64], left: NDArray[np.uint8], calibration: Calibration) -> None:
     """Write depth, whole or not at all; the suffix decides the format (:data:`DEPTH_SUFFIXES`).
 
     ``.npy`` and ``.pfm`` hold float32 (H, W), ``inf`` where there is no depth; ``.ply`` (binary) holds the coloured points of
-    :func:`points`.
+    :func:`points`. ``.png`` holds :func:`millimetres`, and a note tells how many pixels are too far for it.
     """
+    if Path(path).suffix.lower() == ".png":
+        whole, far = millimetres(z, calibration)
+        if far:
+            note(f"{far} pixels are farther than {DEPTH_MAX} mm, which {path} cannot hold: they have no depth there, as 0; .pfm holds them")
+        write_picture(path, whole)
+        return
     if Path(path).suffix.lower() != ".ply":
         write_picture(path, z.astype(np.float32))
         return

@@ -111,7 +111,7 @@ def write_picture(path: StrPath, picture: NDArray[Any]) -> None:
     ----------
     path : path
         ``.npy`` stores the array unchanged; ``.pfm`` takes (H, W) numbers and stores float32; ``.txt`` and ``.pgm`` take (H, W) uint8;
-        ``.ppm`` takes (H, W, 3) uint8; ``.png`` and ``.jpg`` take both.
+        ``.ppm`` takes (H, W, 3) uint8; ``.png`` and ``.jpg`` take both, and ``.png`` takes (H, W) uint16.
     picture : (H, W) or (H, W, 3) ndarray
     """
     picture = np.asarray(picture)
@@ -120,7 +120,7 @@ def write_picture(path: StrPath, picture: NDArray[Any]) -> None:
         raise UserError(f"{path} has the suffix {suffix or '(none)'}; a picture's is one of {', '.join(PICTURE_SUFFIXES)}")
     if suffix == ".pfm":
         picture = picture.astype(np.float32)
-    elif suffix != ".npy" and picture.dtype != np.uint8:
+    elif suffix != ".npy" and picture.dtype != np.uint8 and not (suffix == ".png" and picture.dtype == np.uint16 and picture.ndim == 2):
         raise ValueError(f"a {suffix} picture is uint8, not {picture.dtype}")
     if (suffix in (".pgm", ".pfm", ".txt") and picture.ndim != 2) or (suffix == ".ppm" and picture.ndim != 3):
         raise ValueError(f"an array of shape {picture.shape} cannot become a {suffix} picture")

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from golden.pictures.calibration import Calibration
-from golden.pictures.depth import depth, points, write_depth
+from golden.pictures.depth import depth, millimetres, points, write_depth
 from golden.pictures.disparities import read_disparity
 
 
@@ -30,6 +30,20 @@ def test_the_middle_is_the_principal_point():
     positions, _ = points(np.full((3, 5), 2.0), np.zeros((3, 5), np.uint8), Calibration(focal=1, baseline=1))
     np.testing.assert_array_equal(positions[7], [0, 0, 2])
     np.testing.assert_array_equal(positions[0], [-4, -2, 2])
+
+
+def test_focal_lengths_differ():
+    calibration = Calibration(focal=100, baseline=1, centre=(0, 0), focal_y=80)
+    positions, _ = points(np.full((2, 2), 4.0), np.zeros((2, 2), np.uint8), calibration)
+    np.testing.assert_array_equal(positions[3], [4 / 100, 4 / 80, 4])
+
+
+def test_millimetres():
+    z = np.array([[np.inf, 0.0004, 0.0014, 0.0015], [1, 65.535, 65.5354, 65.5356]])
+    whole, far = millimetres(z, Calibration(1, 1, millimetres=1000))
+    assert whole.tolist() == [[0, 1, 1, 2], [1000, 65535, 65535, 0]] and far == 1
+    with pytest.raises(ValueError, match="unit"):
+        millimetres(z, Calibration(1, 1))
 
 
 @pytest.mark.parametrize("suffix", [".npy", ".pfm"])

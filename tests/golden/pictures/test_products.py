@@ -6,7 +6,7 @@ from PIL import Image
 
 from golden.__main__ import main
 from golden.pictures.calibration import Calibration
-from golden.pictures.depth import depth
+from golden.pictures.depth import depth, millimetres
 from golden.pictures.disparities import read_disparity
 from golden.pictures.images import colour_map, write_picture
 from golden.pictures.metrics import bad_pixels
@@ -36,6 +36,7 @@ def folder(tmp_path, monkeypatch):
         write_picture(name, picture)
     (tmp_path / "calib.txt").write_text(CALIB)
     (tmp_path / "short.txt").write_text(CALIB.replace("baseline=4\n", ""))
+    (tmp_path / "minus.txt").write_text(CALIB.replace("1.5", "-19"))
     (tmp_path / "other.txt").write_text(CALIB.replace("width=60", "width=600"))
     return tmp_path
 
@@ -103,6 +104,46 @@ def test_depth(folder, arguments, calibration):
     assert f"element vertex {np.isfinite(expected).sum()}\n".encode() in (folder / "z.ply").read_bytes()
 
 
+def test_depth_in_millimetres(folder, capsys):
+    """Whatever the unit of the baseline; not of what is beyond 16 bits, which is told."""
+    assert main([*PAIR, "--depth", "z.png", "--calib", "calib.txt"]) == 0   # Middlebury's unit is the millimetre
+    expected = np.floor(depth(np.load("d.npy"), Calibration(50, 4, 1.5)) + 0.5)
+    with Image.open("z.png") as picture:
+        np.testing.assert_array_equal(np.asarray(picture), expected)
+    for baseline, unit in (("4", "mm"), ("0.4", "cm"), ("0.004", "m")):
+        assert main([*PAIR, "--depth", "y.png", "--focal", "50", "--baseline", baseline, "--baseline-unit", unit]) == 0
+        with Image.open("y.png") as picture:
+            np.testing.assert_array_equal(np.asarray(picture), millimetres(depth(np.load("d.npy"), Calibration(50, 4, 0, None, None, 1)),
+                                                                           Calibration(50, 4, 0, None, None, 1))[0])
+    assert capsys.readouterr().err == ""
+    assert main([*PAIR, "--depth", "far.png", "--calib", "calib.txt", "--baseline-unit", "m"]) == 0
+    with Image.open("far.png") as picture:
+        levels = np.asarray(picture)
+    far = 1000 * 200 / (np.load("d.npy") + 1.5) >= 65535.5
+    assert 0 < far.sum() < far.size and (levels[far] == 0).all() and (levels[~far] > 0).all()
+    assert f"note: {far.sum()} pixels are farther than 65535 mm" in capsys.readouterr().err
+
+
+def test_no_depth_is_told(folder, capsys):
+    """Of two pictures that are the same, all disparities are 0, at the first label where there is no texture."""
+    write_picture("flat.png", np.full((24, 60), 9, np.uint8))
+    arguments = ["match", "flat.png", "flat.png", "--disparities", "20", "--output", "d.npy", "--depth", "z.ply"]
+    assert main([*arguments, "--focal", "50", "--baseline", "1"]) == 0
+    assert not np.load("d.npy").any()
+    assert "note: no pixel has a depth in z.ply: no disparity plus the cameras' offset, 0, is above 0" in capsys.readouterr().err
+    assert main([*arguments, "--calib", "calib.txt"]) == 0
+    assert capsys.readouterr().err == ""
+
+
+def test_two_calibrations(folder):
+    """ROS has a file for each camera, left first."""
+    for name, cx, tx in (("l.yaml", 20, 0), ("r.yaml", 21.5, -200)):
+        (folder / name).write_text(f"width: 60\nheight: 24\nP: [50, 0, {cx}, {tx}, 0, 50, 10, 0, 0, 0, 1, 0]\n")
+    assert main([*PAIR, "--depth", "a.ply", "--calib", "l.yaml", "--calib", "r.yaml"]) == 0
+    assert main([*PAIR, "--depth", "b.ply", "--calib", "calib.txt"]) == 0
+    assert (folder / "a.ply").read_bytes() == (folder / "b.ply").read_bytes()
+
+
 @pytest.mark.parametrize("arguments, message", [
     (["--truth", "none.png"], "none.png does not exist"),
     (["--truth", "narrow.npy"], "narrow.npy has 59x24 pixels, but the pictures have 60x24"),
@@ -127,7 +168,15 @@ def test_depth(folder, arguments, calibration):
     (["--depth", "z.npy", "--calib", "short.txt"], "short.txt has no baseline"),
     (["--depth", "z.npy", "--calib", "other.txt"], "other.txt is for 600x24 pixels, but the pictures have 60x24"),
     (["--depth", "z.npy", "--calib", "calib.txt", "--focal", "2"], "--focal is given with --calib calib.txt"),
-    (["--depth", "z.png", "--calib", "calib.txt"], "z.png has the suffix .png"),
+    (["--depth", "z.tif", "--calib", "calib.txt"], "z.tif has the suffix .tif"),
+    (["--depth", "z.png", "--focal", "50", "--baseline", "0.1"], "z.png holds millimetres, but the unit of the baseline, 0.1, is not"),
+    (["--depth", "z.npy", "--calib", "calib.txt", "--baseline-unit", "m"], "--baseline-unit m is for --depth FILE.png: z.npy is in"),
+    (["--baseline-unit", "m"], "--baseline-unit m is for --depth, which is missing"),
+    (["--kitti-cameras", "0,1"], "--kitti-cameras 0,1 is for --depth, which is missing"),
+    (["--depth", "z.npy", "--kitti-cameras", "0,1", "--focal", "1", "--baseline", "1"], "--kitti-cameras 0,1 is for --calib"),
+    (["--depth", "z.npy", "--calib", "calib.txt", "--kitti-cameras", "0,1"], "calib.txt is no calib.txt of KITTI"),
+    (["--depth", "z.npy", "--calib", "minus.txt"], "up to 19 are searched, and with doffs, which is -19 in minus.txt"),
+    (["--depth", "z.npy", "--calib", "calib.txt", "--calib", "calib.txt"], "only camera_info of ROS has a file for each camera"),
     (["--calib", "calib.txt"], "--calib calib.txt is for --depth, which is missing"),
     (["--baseline", "1"], "--baseline 1.0 is for --depth, which is missing"),
     (["--colour", "c.npy"], "c.npy has the suffix .npy"),
