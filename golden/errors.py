@@ -17,7 +17,10 @@ __all__ = ["UserError", "guard_start", "run_cli"]
 
 
 # What ends a command from outside, and how the line on stderr names it. The exit status is that of a shell: 128 and the signal's number.
-_SIGNALS = {signal.SIGINT: "interrupted", signal.SIGTERM: "ended by SIGTERM", signal.SIGHUP: "ended by SIGHUP"}
+# Windows has not all of them.
+_SIGNALS = {number: told for name, told in (("SIGINT", "interrupted"), ("SIGTERM", "ended by SIGTERM"), ("SIGHUP", "ended by SIGHUP"))
+            if (number := getattr(signal, name, None)) is not None}
+_BROKEN_PIPE = 128 + 13     # SIGPIPE, which Python ignores
 
 # Seconds after a signal in which others are ignored: `timeout`, `make` and service managers send two, and the first one is being obeyed.
 _DEAF_SECONDS = 1.0
@@ -181,7 +184,7 @@ def _result(function: Callable[[Sequence[str] | None], int | None], argv: Sequen
         return 128 + ended.number, _SIGNALS[signal.Signals(ended.number)]
     except _Unwritable as failed:
         if isinstance(failed.reason, BrokenPipeError):      # `| head`: nobody wants the rest
-            return 128 + signal.SIGPIPE, ""
+            return _BROKEN_PIPE, ""
         return 2, f"cannot write to {failed.stream.name.strip('<>')}: {failed.reason.strerror}; redirect it elsewhere"
     except OSError as error:
         if error.errno in _NO_SPACE:

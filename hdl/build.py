@@ -1,7 +1,6 @@
 """Write Verilog, of the matcher alone or of the project for a board: ``python -m hdl.build``."""
 
 import json
-import os
 import sys
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -16,7 +15,7 @@ from boards.registry import Board, board_names, find_board
 from golden.cli import Parser
 from golden.config import MatcherConfig
 from golden.errors import UserError, run_cli
-from golden.files import atomic, check_output
+from golden.files import atomic, check_folder, output_folder, remove_stale
 from golden.video.bandwidth import Budget, MemoryTiming
 from golden.video.formats import DISPLAYS, PAL
 
@@ -30,6 +29,7 @@ __all__ = ["main"]
 
 
 DEFAULT_DISPLAY = "720x576"
+MANIFEST = "manifest.json"
 FRAMES_PER_SECOND = 25  # PAL
 
 
@@ -104,18 +104,6 @@ def _build_board(config: MatcherConfig, board: Board, display_name: str) -> _Bui
     return _Build(project.name, core.matcher, project.files, project.ports, about, core.budget)
 
 
-def _check_folder(folder: Path) -> None:
-    """Raise :class:`UserError` unless files can be written into ``folder``, which need not exist yet."""
-    existing = folder
-    while not existing.exists() and existing != existing.parent:
-        existing = existing.parent
-    if not existing.is_dir():
-        raise UserError(f"{existing} is not a folder; choose another --output")
-    if not os.access(existing, os.W_OK):
-        raise UserError(f"the folder {existing} cannot be written; choose another --output")
-    check_output(existing / "manifest.json", [".json"])
-
-
 def _run(argv: Sequence[str] | None) -> int:
     parser = Parser(prog="python -m hdl.build", description=__doc__)
     what = parser.add_mutually_exclusive_group(required=True)
@@ -140,7 +128,8 @@ def _run(argv: Sequence[str] | None) -> int:
     if display not in DISPLAYS:
         raise UserError(f"there is no display format {display!r}; choose one of: {', '.join(DISPLAYS)}")
     folder = options.output or Path("build") / (board.name if board else "core")
-    _check_folder(folder)
+    # Before minutes of work; made only when there is something to be written.
+    check_folder(folder)
 
     with Console(stderr=True).status("writing Verilog"):
         build = _build_board(config, board, display) if board else _build_core(config, options.frame_timing)
@@ -148,12 +137,15 @@ def _run(argv: Sequence[str] | None) -> int:
     needed = round(FRAMES_PER_SECOND * matcher.frame_clocks(options.width, options.height) / 1e6, 2)
     about = {**build.about, "clock_mhz_for_25_frames": needed, "files": sorted(files)}
     manifest = manifest_of(build.top, matcher, build.ports, options.height, about)
-    files["manifest.json"] = json.dumps(manifest, indent=2) + "\n"
+    files[MANIFEST] = json.dumps(manifest, indent=2) + "\n"
 
-    folder.mkdir(parents=True, exist_ok=True)
-    for file_name, text in files.items():
-        with atomic(folder / file_name) as file:
-            file.write(text.encode())
+    # Two builds write one after the other, and the second one's files are all that is left.
+    with output_folder(folder, wait=True):
+        for file_name, text in files.items():
+            if file_name == MANIFEST:
+                remove_stale(folder, MANIFEST, ("top", "ports"), files)
+            with atomic(folder / file_name) as file:
+                file.write(text.encode())
     print(f"{folder}: {', '.join(sorted(files))}")
     print(f"Clocks a pixel: {matcher.clocks_per_pixel}; {options.width}x{options.height} at {FRAMES_PER_SECOND} frames/s "
           f"needs {needed} MHz.")

@@ -1,5 +1,6 @@
 """The demonstration: ``python -m sim.demo`` compares the thesis's method and ours, simulated as Verilog, on a photographed pair."""
 
+import argparse
 import sys
 import time
 from collections.abc import Sequence
@@ -13,7 +14,7 @@ from rich.table import Table
 from golden.cli import Parser
 from golden.config import FUSED_2, MatcherConfig
 from golden.errors import UserError, run_cli
-from golden.files import write_json
+from golden.files import output_folder, remove_stale, write_json
 from golden.matcher.matcher import disparities, in_pixels
 from golden.pictures.dataset import StereoPair, motorcycle
 from golden.pictures.images import colour_map, write_picture
@@ -22,7 +23,7 @@ from golden.pictures.sheet import write_judged
 
 from .kit.harness import Result, mismatches
 from .kit.simulators import SIMULATORS, SimulationError, require
-from .run import output_folder, simulate_shown
+from .run import REPORT, REPORT_KEYS, simulate_shown
 
 
 __all__ = ["LABELS_MULTIPLE", "REDUCTIONS", "TITLES", "configurations", "main"]
@@ -66,7 +67,9 @@ def _write(folder: Path, pair: StereoPair, results: dict[str, NDArray[np.integer
     write_judged(folder / "sheet.png", f"Motorcycle pair, {width}x{height} pixels, {labels} disparities", pair.left,
                  {TITLES[name]: picture for name, picture in results.items()}, (pair.truth, pair.masks["known"]), (0, labels - 1))
     write_picture(folder / "disparity.png", colour_map(results["fused"], labels))
-    write_json(folder / "report.json", report)
+    files = ["disparity.png", "sheet.png"]
+    remove_stale(folder, REPORT, REPORT_KEYS, files)
+    write_json(folder / REPORT, {**report, "files": files})
 
 
 def _print(report: dict, result: Result, folder: Path) -> None:
@@ -93,8 +96,12 @@ def _main(argv: Sequence[str] | None) -> int:
     require(options.simulator)
     pair = motorcycle(options.reduce, max_width=741, max_height=500)
     thesis, config = configurations(pair)
-    folder = output_folder(options.output)
+    with output_folder(options.output) as folder:
+        return _simulate(folder, options, pair, thesis, config)
 
+
+def _simulate(folder: Path, options: argparse.Namespace, pair: StereoPair, thesis: MatcherConfig, config: MatcherConfig) -> int:
+    """Run the simulation and leave its results in the folder; the exit status."""
     start = time.perf_counter()
     try:
         result = simulate_shown(config, pair.left, pair.right, options.simulator, folder / "simulation")

@@ -4,7 +4,7 @@ The pictures are written as text, the simulator reads them and writes the dispar
 the golden model's in every pixel.
 """
 
-import json
+import argparse
 import shutil
 import sys
 import time
@@ -19,7 +19,7 @@ from rich.table import Table
 from golden.cli import Parser, add_gateware_options, gateware_config, progress
 from golden.config import MatcherConfig
 from golden.errors import UserError, run_cli
-from golden.files import atomic
+from golden.files import output_folder, remove_stale, write_json
 from golden.matcher.matcher import in_pixels
 from golden.pictures.dataset import StereoPair, motorcycle
 from golden.pictures.images import colour_map, read_pair, write_picture
@@ -30,7 +30,12 @@ from .kit.harness import Result, mismatches, simulate
 from .kit.simulators import SIMULATORS, SimulationError, require
 
 
-__all__ = ["main", "output_folder", "simulate_shown"]
+__all__ = ["REPORT", "REPORT_KEYS", "main", "simulate_shown"]
+
+
+#: The file in which a run lists its files, and what else is in it.
+REPORT = "report.json"
+REPORT_KEYS = ("mismatches", "clocks_per_pixel")
 
 
 def _parser() -> Parser:
@@ -48,19 +53,6 @@ def _parser() -> Parser:
     parser.add_argument("--waves", action="store_true", help="also leave a waveform file in DIR: FST from icarus, VCD from verilator; "
                         "for small pictures, because it has kilobytes for each clock")
     return parser
-
-
-def output_folder(path: Path) -> Path:
-    """Make the folder; :class:`UserError` if no file can be written there."""
-    try:
-        path.mkdir(parents=True, exist_ok=True)
-        # By an attempt: permission bits do not show a read-only file system, and root ignores them.
-        probe = path / ".probe"
-        probe.touch()
-        probe.unlink()
-    except OSError as error:
-        raise UserError(f"the output folder {path} cannot be written: {error.strerror}; choose another --output") from error
-    return path
 
 
 def _pictures(options) -> tuple[NDArray[np.uint8], NDArray[np.uint8], int, StereoPair | None]:
@@ -83,17 +75,19 @@ def _write(folder: Path, left, right, result: Result, config: MatcherConfig, rep
     """Leave the results: each file whole, the report last. Disparities are in pixels."""
     fields = dict(result.fields[0])
     labels = fields.pop("disparity")
-    for name, picture in (("left", left), ("right", right)):
-        write_picture(folder / f"{name}.txt", picture)
-    for name, values in fields.items():
-        write_picture(folder / f"{name}.png", (values * (255 // (2**config.result_fields[name] - 1))).astype(np.uint8))
     disparity = in_pixels(labels, config)
+    pictures = {
+        "left.txt": left, "right.txt": right, "disparity.npy": disparity,
+        "disparity.png": colour_map(labels // config.method.disparity_scale - config.minimum, config.labels),
+        **{f"{name}.png": (values * (255 // (2**config.result_fields[name] - 1))).astype(np.uint8) for name, values in fields.items()},
+    }
     if disparity is labels and labels.max() <= 255:  # what a text picture holds
-        write_picture(folder / "disparity.txt", labels.astype(np.uint8))
-    write_picture(folder / "disparity.npy", disparity)
-    write_picture(folder / "disparity.png", colour_map(labels // config.method.disparity_scale - config.minimum, config.labels))
-    with atomic(folder / "report.json") as file:
-        file.write((json.dumps(report, indent=2) + "\n").encode())
+        pictures["disparity.txt"] = labels.astype(np.uint8)
+    for name, picture in pictures.items():
+        write_picture(folder / name, picture)
+    files = sorted([*pictures, *([result.waves.name] if result.waves else [])])
+    remove_stale(folder, REPORT, REPORT_KEYS, files)
+    write_json(folder / REPORT, {**report, "files": files})
 
 
 def simulate_shown(config: MatcherConfig, left: NDArray[np.uint8], right: NDArray[np.uint8], simulator: str,
@@ -136,11 +130,15 @@ def _print(report: dict, folder: Path) -> None:
 def _main(argv: Sequence[str] | None) -> int:
     options = _parser().parse_args(argv)
     left, right, disparities, pair = _pictures(options)
-    height, width = left.shape
-    config = gateware_config(options, disparities, max_width=width)
+    config = gateware_config(options, disparities, max_width=left.shape[1])
     require(options.simulator)
-    folder = output_folder(options.output)
+    with output_folder(options.output) as folder:
+        return _simulate(folder, options, config, left, right, pair)
 
+
+def _simulate(folder: Path, options: argparse.Namespace, config: MatcherConfig, left: NDArray[np.uint8], right: NDArray[np.uint8],
+              pair: StereoPair | None) -> int:
+    """Run the simulation and leave its results in the folder; the exit status."""
     start = time.perf_counter()
     try:
         result = simulate_shown(config, left, right, options.simulator, folder / "simulation", options.waves)
@@ -151,6 +149,7 @@ def _main(argv: Sequence[str] | None) -> int:
     if result.waves is not None:
         waves = Path(shutil.move(result.waves, folder / result.waves.name))
     wrong = mismatches(result, 0, left, right, config)
+    height, width = left.shape
     frame = result.frames[0]
     report = {
         "engine": str(config.engine), "cost": config.method.name, "arithmetic": str(config.method.arithmetic),

@@ -5,6 +5,7 @@ the monitor saw must equal the golden model's picture in every pixel. ``--frames
 models that check every rule: how full the FIFOs get, and whether each fault is counted and got over.
 """
 
+import argparse
 import functools
 import json
 import sys
@@ -19,6 +20,7 @@ from rich.table import Table
 
 from golden.cli import Parser
 from golden.errors import UserError, run_cli
+from golden.files import output_folder
 from golden.matcher.labelling import match
 from golden.pictures.dataset import motorcycle
 from golden.pictures.images import read_pair, write_picture
@@ -32,13 +34,15 @@ from hdl.video.system import StereoSystem
 from sim.benches.system_sizes import CLOCK_HZ, SIZES, TOP, Size
 from sim.kit.simulators import SimulationError, build, require, run
 from sim.models.monitor import Monitor
-from sim.run import output_folder
 
 
 __all__ = ["main", "run_full", "run_small"]
 
 
 _HARNESS = Path(__file__).with_suffix(".v")
+
+# What a run leaves: the picture of the whole system, or the figures of a small one.
+_RESULTS = _MONITOR, _FIGURES = "monitor.png", "told.json"
 
 # Delay of the right camera; and of the monitor's first frame after the reset, when its picture is in the memory.
 _RIGHT_SECONDS = 0.002
@@ -106,6 +110,8 @@ def run_full(size: Size, pair: Sequence[NDArray[np.uint8]], folder: Path,
         files[name].write_text("\n".join(f"{byte:02x}" for byte in encode(picture, camera).tolist()) + "\n")
     late = round(_RIGHT_SECONDS * camera.byte_clock_hz)
     periods = [2 * round(0.5e12 / hertz) for hertz in (CLOCK_HZ, display.pixel_clock_hz, camera.byte_clock_hz, camera.byte_clock_hz)]
+    for name in ("output", "report"):   # of an earlier run
+        files[name].unlink(missing_ok=True)
     # Relative to where the simulator runs: Verilog's file names are of limited length.
     run(simulator, "system_bench", folder / simulator, "sim.benches.system_bench_tb",
         plusargs=[*(f"+{name}=../{path.name}" for name, path in files.items()), f"+right_at={camera.frame_bytes - late}"],
@@ -184,27 +190,42 @@ def _main(argv: Sequence[str] | None) -> int:
     size = SIZES["full"]
     pair = [] if small else _pair(options.pictures, options.white, size.camera)
     require("verilator")
-    folder = output_folder(options.output).absolute()
-    if small:
-        told = folder / "told.json"
-        system = run_small(folder, "faults" if options.faults else "fills", REPORT=str(told), FAULTS="[]",
-                           FRAMES=options.frames or 0)
-        data = json.loads(told.read_text())
-        _print_faults(data) if options.faults else _print_frames(system, data)
-        return 0
-
-    start = time.perf_counter()
-    labels = match(pair[0], pair[1], size.config)
-    expected = monitor_picture(labels, pair[0], size.display, DisplayMode.DISPARITY, False, size.config.labels)
     try:
-        report, picture = run_full(size, pair, folder)
+        with output_folder(options.output) as folder:
+            return _run_small(folder.absolute(), options) if small else _run_full(folder.absolute(), size, pair)
     except SimulationError as error:
         print(f"sim.system: {error}", file=sys.stderr)
         return 1
+
+
+def _only(folder: Path, result: str) -> None:
+    """Remove the result of an earlier run of the other kind: it would look like one of this run."""
+    for name in {*_RESULTS} - {result}:
+        (folder / name).unlink(missing_ok=True)
+
+
+def _run_small(folder: Path, options: argparse.Namespace) -> int:
+    """One of the benches of a small system; the exit status."""
+    told = folder / _FIGURES
+    told.unlink(missing_ok=True)
+    system = run_small(folder, "faults" if options.faults else "fills", REPORT=str(told), FAULTS="[]", FRAMES=options.frames or 0)
+    _only(folder, _FIGURES)
+    data = json.loads(told.read_text())
+    _print_faults(data) if options.faults else _print_frames(system, data)
+    return 0
+
+
+def _run_full(folder: Path, size: Size, pair: Sequence[NDArray[np.uint8]]) -> int:
+    """A pair through the whole system, compared at the monitor; the exit status."""
+    start = time.perf_counter()
+    labels = match(pair[0], pair[1], size.config)
+    expected = monitor_picture(labels, pair[0], size.display, DisplayMode.DISPARITY, False, size.config.labels)
+    report, picture = run_full(size, pair, folder)
     mismatches = int(np.count_nonzero((picture != expected).any(axis=-1)))
-    write_picture(folder / "monitor.png", picture)
+    write_picture(folder / _MONITOR, picture)
+    _only(folder, _MONITOR)
     _print_full(size, report, mismatches)
-    print(f"What the monitor saw is in {folder / 'monitor.png'}. {time.perf_counter() - start:.0f} s in all.")
+    print(f"What the monitor saw is in {folder / _MONITOR}. {time.perf_counter() - start:.0f} s in all.")
     return 1 if mismatches else 0
 
 

@@ -219,7 +219,9 @@ def test_weights_and_width_reach_the_verilog(folders):
 
 
 def test_same_bytes_in_another_process(folders, tmp_path):
-    environment = {**os.environ, "PYTHONHASHSEED": "123", "AMARANTH_USE_YOSYS": "builtin"}
+    """Whatever that one's environment has for other boards."""
+    foreign = {f"AMARANTH_{name}": "mine" for name in ("add_settings", "add_constraints", "nproc", "quartus_map_opts", "verbose")}
+    environment = {**os.environ, **foreign, "PYTHONHASHSEED": "123", "AMARANTH_USE_YOSYS": "builtin"}
     subprocess.run([sys.executable, "-c", WITH_STAND_IN, *BOARD, "--output", tmp_path / "again"], cwd=ROOT,
                    env=environment, check=True, capture_output=True)
     first = {path.name: path.read_bytes() for path in folders["stereo"].iterdir()}
@@ -233,6 +235,19 @@ def test_a_build_takes_the_place_of_another(tmp_path, capsys):
     assert sorted(path.name for path in tmp_path.iterdir()) == ["manifest.json", "matcher.v"]
     told = capsys.readouterr().out
     assert "Clocks a pixel: 1;" in told and "MHz" in told
+
+
+def test_what_another_build_left_is_gone(tmp_path, folders):
+    """The project of the board; what is the user's stays, though it has a name of the project's in a folder."""
+    written = {path.name for path in folders["stereo"].iterdir()}
+    for name in written:
+        (tmp_path / name).write_bytes((folders["stereo"] / name).read_bytes())
+    (tmp_path / "mine").mkdir()
+    for name in ("mine.v", "stereo_ddr2.v", "mine/stereo.v"):
+        (tmp_path / name).touch()
+    assert main(["--core", "--width", "4", "--disparities", "2", "--output", str(tmp_path)]) == 0
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["manifest.json", "matcher.v", "mine", "mine.v", "stereo_ddr2.v"]
+    assert (tmp_path / "mine" / "stereo.v").exists() and "stereo_ddr2.v" not in written
 
 
 BAD = {

@@ -104,7 +104,7 @@ def test_real_pair(simulated, tmp_path):
     ("--reduce half", "--reduce"),
     ("--simulator questa", "--simulator"),
     ("left.png right.png", "left.png"),
-    ("--output file/below", "file/below cannot be written"),
+    ("--output file/below", "file is a file, not a folder"),
 ])
 def test_bad_arguments(small, simulated, tmp_path, monkeypatch, capsys, arguments, told):
     configs = simulated()

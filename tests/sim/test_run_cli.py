@@ -8,7 +8,9 @@ import numpy as np
 import pytest
 
 from golden.config import MatcherConfig, OnePass, changed
+from golden.files import output_folder
 from golden.matcher.labelling import match
+from golden.matcher.matcher import match as match_fields
 from golden.pictures.images import read_picture, write_picture
 from golden.pictures.text import read_text
 from sim import run
@@ -95,10 +97,11 @@ def test_bad_arguments(pair, monkeypatch, capsys, arguments, told):
     assert told in fails(capsys, pair, [*arguments.split(), "--output", "out"])
 
 
-@pytest.mark.parametrize("output", ["left.png", "left.png/below", "/proc/none"])
-def test_output_not_writable(pair, monkeypatch, capsys, output):
+@pytest.mark.parametrize("output, told", [("left.png", "left.png is a file"), ("left.png/below", "left.png is a file"),
+                                          ("/proc/none", "/proc/none cannot be written")])
+def test_output_not_writable(pair, monkeypatch, capsys, output, told):
     monkeypatch.chdir(pair)
-    assert f"{output} cannot be written" in fails(capsys, pair, ["left.png", "right.png", "--disparities", "8", "--output", output])
+    assert told in fails(capsys, pair, ["left.png", "right.png", "--disparities", "8", "--output", output])
 
 
 @pytest.mark.parametrize("simulator, program", [("icarus", "iverilog"), ("verilator", "perl")])
@@ -171,6 +174,41 @@ def test_results(pair, monkeypatch, capsys, fault):
     assert np.array_equal(read_text(folder / "right.txt")[0], right)
     assert read_picture(folder / "disparity.png").shape == labels.shape
     assert "5.000" in capsys.readouterr().out
+
+
+def test_results_of_an_earlier_run_are_gone(pair, monkeypatch):
+    """Whatever that one wrote and this one does not, and nothing else."""
+    monkeypatch.chdir(pair)
+
+    def simulate(config, lefts, rights, work_dir, waves, **_):
+        fields = {name: values.astype(np.int32) for name, values in match_fields(lefts[0], rights[0], config).items()}
+        file = work_dir / "matcher.vcd"
+        if waves:
+            work_dir.mkdir(exist_ok=True)
+            file.touch()
+        return Result([fields], [Frame(20, 6, 1000, 600, 595, 300, 100)], {"clocks": 1000}, 0.5, 0.0, file if waves else None)
+
+    monkeypatch.setattr(run, "simulate", simulate)
+    monkeypatch.setattr(run, "require", lambda simulator: None)
+    folder = pair / "out"
+    folder.mkdir()
+    (folder / "mine.png").touch()
+    fused, plain = ["passed.png", "confidence.png"], ["disparity.txt"]
+    always = {"left.txt", "right.txt", "disparity.npy", "disparity.png", "report.json", "mine.png"}
+    for options, files in [(["--cost", "fused", "--waves"], [*fused, *plain, "matcher.vcd"]), ([], plain),
+                           (["--cost", "fused", "--sub-pixel"], fused), ([], plain)]:
+        assert run.main(["left.png", "right.png", "--disparities", "8", "--output", "out", *options]) == 0
+        assert {path.name for path in folder.iterdir() if path.is_file()} == {*always, *files}
+        assert {*json.loads((folder / "report.json").read_text())["files"]} == {*always, *files} - {"report.json", "mine.png"}
+
+
+def test_one_run_at_a_time(pair, monkeypatch, capsys):
+    """The second one is refused before anything is written."""
+    monkeypatch.chdir(pair)
+    fake(monkeypatch)
+    with output_folder("out"):
+        assert "out is in use by another run" in fails(capsys, pair, ["left.png", "right.png", "--disparities", "8", "--output", "out"])
+    assert run.main(["left.png", "right.png", "--disparities", "8", "--output", "out"]) == 0
 
 
 def test_failed_simulation(pair, monkeypatch, capsys):
