@@ -14,7 +14,7 @@ from ..errors import UserError
 from ..files import atomic
 from .samples import read_samples
 from .text import write_text
-from .white import levels, whites
+from .white import levels, note_few_levels, whites
 
 
 __all__ = ["PICTURE_SUFFIXES", "colour_map", "grey", "read_colours", "read_pair", "read_picture", "write_picture"]
@@ -76,7 +76,10 @@ def _read(paths: Sequence[StrPath], white: int | None = None) -> list[Levels]:
     for path, (numbers, _) in zip(paths, pictures):
         if numbers.ndim not in (2, 3) or (numbers.ndim == 3 and numbers.shape[2] != 3) or numbers.size == 0:
             raise UserError(f"{path} holds an array of shape {numbers.shape}; a picture is (height, width) or (height, width, 3)")
-    return [levels(each.numbers, own, path) for each, own, path in zip(pictures, whites(pictures, paths, white), paths)]
+    taken = whites(pictures, paths, white)
+    result = [levels(each.numbers, own, path) for each, own, path in zip(pictures, taken, paths)]
+    note_few_levels(pictures, paths, taken)
+    return result
 
 
 def _grey(picture: Levels) -> Levels:

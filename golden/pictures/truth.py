@@ -132,7 +132,7 @@ def _check_disparities(options: argparse.Namespace, truth: NDArray[np.float64], 
                         "left(x) must match right(x - d); swap the pictures or the sign")
     others = truth if suspect is None else truth[units != suspect]
     searched = others if others.size else truth
-    fits = [each for each in _SCALES if each != scale and (searched * scale).max() <= (greatest + options.threshold) * each]
+    fits = [each for each in _SCALES if (searched * scale).max() <= (greatest + options.threshold) * each]
     # KITTI's scale, where there are more than bytes; else the finest.
     fit = (256 if 256 in fits and (searched * scale).max() > 255 else fits[0]) if fits else None
     hint = f"; --truth-scale {fit} would fit" if fit else ""

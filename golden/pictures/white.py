@@ -13,7 +13,12 @@ from ..notes import note
 from .samples import WORD_WHITE, Samples
 
 
-__all__ = ["add_white_option", "check_white", "levels", "whites"]
+__all__ = ["add_white_option", "check_white", "levels", "note_few_levels", "whites"]
+
+
+# Which part of the pixels must have more than how many grey levels.
+_NEARLY_ALL = 0.99
+_FEW = 16
 
 
 def add_white_option(parser: argparse._ActionsContainer) -> None:
@@ -67,6 +72,25 @@ def whites(pictures: Sequence[Samples], names: Sequence[Any], white: int | None 
         use = "use" if len(names) > 1 else "uses"
         note(f"{told} {use} {bits} of 16 bits: {found} is taken as white (--white {found}); --white {WORD_WHITE} would leave them dark")
     return [found] * len(pictures)
+
+
+def note_few_levels(pictures: Sequence[Samples], names: Sequence[Any], taken: Sequence[int]) -> None:
+    """A note if pictures of more than 8 bits give few grey levels: white is too far above nearly all of their numbers.
+
+    Parameters
+    ----------
+    pictures : sequence of Samples
+    names : sequence of path
+        Names of their files.
+    taken : sequence of int
+        White of each.
+    """
+    if max(taken) <= PIXEL_MAX:
+        return
+    parts = [np.percentile(each.numbers, 100 * _NEARLY_ALL) / white for each, white in zip(pictures, taken)]
+    if max(parts) * PIXEL_MAX < _FEW:
+        note(f"{_NEARLY_ALL:.0%} of the pixels of {' and '.join(map(str, names))} are below {_FEW} of 255 grey levels, because white is "
+             f"{max(taken)}; if that of the camera is less, correct the pixels above it and give --white")
 
 
 def levels(numbers: NDArray[Any], white: int, path: Any) -> NDArray[np.uint8]:

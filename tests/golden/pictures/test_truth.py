@@ -124,6 +124,13 @@ def test_a_mark_above_is_told_with_the_scale(read):
         read(ramp(9999, 120))
 
 
+def test_a_mark_far_above_numbers_of_another_scale(read):
+    values = 4 * ramp(0.5)
+    values[0] = 255
+    with pytest.raises(UserError, match=r"--truth-scale 4 would fit; if 255 marks unknown disparities, give --truth-unknown 255"):
+        read(values, suffix=".npy")
+
+
 def test_a_scale_that_is_too_great(read):
     with pytest.raises(UserError, match="below 1 pixel only with --truth-scale 256; correct it; --truth-scale 1 would fit"):
         read(ramp(0.5), "--truth-scale", "256")

@@ -98,6 +98,22 @@ def test_a_pgm_says_what_is_white(tmp_path, capsys, white):
     assert capsys.readouterr().err == ""
 
 
+@pytest.mark.parametrize("suffix, greatest, bright", [("png", 65535, 1), ("pgm", 65535, 4), ("pgm", 16383, 0)])
+def test_few_levels_are_told(tmp_path, capsys, suffix, greatest, bright):
+    """Ten bits under a white that some hot pixels, or a header, set: five grey levels, or sixteen."""
+    names = [tmp_path / f"{side}.{suffix}" for side in ("left", "right")]
+    for name, picture in zip(names, (LEFT, RIGHT)):
+        numbers = camera(picture, 1000)
+        numbers.flat[:bright] = greatest
+        pgm(name, numbers, greatest) if suffix == "pgm" else WRITERS[suffix](name, numbers)
+    assert read_pair(*names)[0].max() == (255 if bright else 16)
+    told = capsys.readouterr().err
+    assert f"note: 99% of the pixels of {names[0]} and {names[1]} are below 16 of 255 grey levels, because white is {greatest}" in told
+    pgm(tmp_path / "bright.pgm", camera(RIGHT, greatest), greatest)
+    read_pair(names[0], tmp_path / "bright.pgm")
+    assert "below 16" not in capsys.readouterr().err   # one dark picture of two is what it is
+
+
 def test_an_array_has_the_white_of_the_option_only(tmp_path):
     names = as_pair(tmp_path, "npy", 1023, np.save)
     np.testing.assert_array_equal(read_pair(*names, white=1023)[0], LEFT)
