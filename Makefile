@@ -4,9 +4,10 @@
 PYTHON ?= python3
 VENV   ?= .venv
 
-BIN     := $(abspath $(VENV))/bin
-STAMP   := $(VENV)/.installed
-WITH_BIN := PATH="$(BIN):$$PATH"
+# Recipes read these from the environment, in quotes: make itself would split a path at a space, in targets and functions too.
+export PYTHON VENV
+WITH_BIN := PATH="$$(CDPATH= cd -- "$$VENV/bin" && pwd):$$PATH"
+RUN      := "$$VENV/bin/python"
 # On all cores; one that has no test left gets some of another's.
 PARALLEL := -n auto --dist worksteal
 
@@ -19,43 +20,36 @@ help:
 	@echo "make quick   set up, then run what takes seconds: style, types, golden model, blocks of the gateware; before each commit"
 	@echo "make slow    set up, then run the tests that make test leaves out because they take minutes each, and tell how long they took"
 	@echo "make style   set up, then check the style only; make types: the types only"
-	@echo "make setup   only set up: Debian packages that are missing, Python packages in $(VENV)"
-	@echo "make clean   remove what was built and cached; $(VENV) stays"
-	@echo "Variables: PYTHON=$(PYTHON) (3.11 or newer), VENV=$(VENV)"
+	@echo "make setup   only set up: Debian packages that are missing, Python packages in $$VENV"
+	@echo "make clean   remove what was built and cached; $$VENV stays"
+	@echo "Variables: PYTHON=$$PYTHON (3.11 or newer), VENV=$$VENV"
 
 demo: setup
-	@$(WITH_BIN) $(BIN)/python -m sim.demo
+	@$(WITH_BIN) $(RUN) -m sim.demo
 
 test: setup
-	@$(WITH_BIN) $(BIN)/python -m pytest $(PARALLEL)
+	@$(WITH_BIN) $(RUN) -m pytest $(PARALLEL)
 
 # Under 90 seconds on two cores: the benches on Verilog and the simulations of whole matchers and of video are left to `make test`.
 QUICK := tests/test_style.py tests/test_repository.py golden tests/golden tests/boards tests/hdl/parts tests/hdl/host tests/hdl/matcher/sequential \
 	tests/hdl/matcher/test_methods.py tests/hdl/matcher/test_settings.py
 
 quick: setup
-	@$(WITH_BIN) $(BIN)/python -m pytest $(PARALLEL) $(QUICK)
+	@$(WITH_BIN) $(RUN) -m pytest $(PARALLEL) $(QUICK)
 
 slow: setup
-	@$(WITH_BIN) sh -c 'start=$$(date +%s); $(BIN)/python -m pytest $(PARALLEL) -m slow; status=$$?; \
+	@$(WITH_BIN) sh -c 'start=$$(date +%s); $(RUN) -m pytest $(PARALLEL) -m slow; status=$$?; \
 		echo "The slow tests took $$(( ($$(date +%s) - start + 30) / 60 )) minutes."; exit $$status'
 
 style: setup
-	@$(BIN)/python -m ruff check --no-fix golden hdl boards sim tests
+	@$(RUN) -m ruff check --no-fix golden hdl boards sim tests
 
 types: setup
-	@$(BIN)/python -m mypy
-
-setup: $(STAMP)
+	@$(RUN) -m mypy
 
 # The virtual environment is kept when a dependency changes: pip brings it up to date.
-$(STAMP): pyproject.toml | debian
-	@echo "Installing the Python packages into $(VENV): 150 MB to download at first, 600 MB on disk."
-	@test -x $(BIN)/pip || $(PYTHON) -m venv $(VENV) 2>/dev/null || $(PYTHON) -m virtualenv --quiet $(VENV) || \
-		{ echo "A virtual environment cannot be made in $(VENV) with $(PYTHON)." >&2; exit 1; }
-	@$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable ".[demo,sim,resources,console,lab,test]" || \
-		{ echo "The Python packages cannot be installed into $(VENV); pip's reason is above." >&2; exit 1; }
-	@touch $@
+setup: debian
+	@if [ ! -e "$$VENV/.installed" ] || [ pyproject.toml -nt "$$VENV/.installed" ]; then sh -c "$$INSTALL"; fi
 
 debian:
 	@sh -c "$$DEBIAN"
@@ -64,19 +58,30 @@ clean:
 	rm -rf build *.egg-info .pytest_cache .ruff_cache .mypy_cache
 	find golden hdl boards sim tests -name __pycache__ -prune -exec rm -rf {} +
 
+define INSTALL
+stop() { echo "$$*" >&2; exit 1; }
+echo "Installing the Python packages into $$VENV: 150 MB to download at first, 600 MB on disk."
+test -x "$$VENV/bin/pip" || "$$PYTHON" -m venv "$$VENV" 2>/dev/null || "$$PYTHON" -m virtualenv --quiet "$$VENV" ||
+    stop "A virtual environment cannot be made in $$VENV with $$PYTHON."
+"$$VENV/bin/python" -m pip install --quiet --disable-pip-version-check --editable ".[demo,sim,resources,console,lab,test]" ||
+    stop "The Python packages cannot be installed into $$VENV; pip's reason is above."
+touch "$$VENV/.installed"
+endef
+export INSTALL
+
 # Verilator compiles with g++ and is started by a Perl script; cocotb loads Python as a shared library into the simulator.
 define DEBIAN
 missing() {
     command -v g++ >/dev/null || echo g++
     command -v iverilog >/dev/null || echo iverilog
     perl -MPod::Usage -e 1 2>/dev/null || echo perl
-    if ! command -v "$(PYTHON)" >/dev/null; then
+    if ! command -v "$$PYTHON" >/dev/null; then
         echo python3-venv libpython3-dev
         return
     fi
-    version=$$("$(PYTHON)" -c 'import sys; print("%d.%d" % sys.version_info[:2])')
-    "$(PYTHON)" -c 'import ensurepip, venv' 2>/dev/null || "$(PYTHON)" -m virtualenv --version >/dev/null 2>&1 || echo "python$$version-venv"
-    "$(PYTHON)" -c 'import ctypes, sysconfig; ctypes.CDLL(sysconfig.get_config_var("INSTSONAME"))' 2>/dev/null || echo "libpython$$version"
+    version=$$("$$PYTHON" -c 'import sys; print("%d.%d" % sys.version_info[:2])')
+    "$$PYTHON" -c 'import ensurepip, venv' 2>/dev/null || "$$PYTHON" -m virtualenv --version >/dev/null 2>&1 || echo "python$$version-venv"
+    "$$PYTHON" -c 'import ctypes, sysconfig; ctypes.CDLL(sysconfig.get_config_var("INSTSONAME"))' 2>/dev/null || echo "libpython$$version"
 }
 stop() { echo "$$*" >&2; exit 1; }
 
@@ -95,6 +100,6 @@ if [ -n "$$packages" ]; then
     packages=$$(echo $$(missing))
     [ -z "$$packages" ] || stop "Still missing although apt-get succeeded: $$packages."
 fi
-"$(PYTHON)" -c 'import sys; sys.exit(sys.version_info < (3, 11))' || stop "$(PYTHON) is older than 3.11: name a newer one, as in 'make test PYTHON=python3.12'."
+"$$PYTHON" -c 'import sys; sys.exit(sys.version_info < (3, 11))' || stop "$$PYTHON is older than 3.11: name a newer one, as in 'make test PYTHON=python3.12'."
 endef
 export DEBIAN
