@@ -71,13 +71,13 @@ def test_set_up_once_then_run(project, venv):
 
 
 def test_pip_is_blamed_for_what_it_did(project):
-    _, out, err = make(project, "setup", status=2, PIP_STATUS="1")
+    _, _, err = make(project, "setup", status=2, PIP_STATUS="1")
     assert "cannot be installed into .venv; pip's reason is above" in err and not (project / ".venv" / ".installed").exists()
 
 
 def test_python_that_cannot_be_run(project):
     """Neither is there such a program, nor can it be installed."""
-    ran, out, err = make(project, "setup", status=2, PYTHON=str(project / "none"))
+    ran, _, err = make(project, "setup", status=2, PYTHON=str(project / "none"))
     assert "Still missing although apt-get succeeded" in err and "pip" not in err and ran == []
 
 
