@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import UserError
+from ..notes import note
 from .images import write_picture
 from .samples import WORD_WHITE, read_samples
 
@@ -120,10 +121,13 @@ def read_disparity(path: StrPath, scale: float = 1.0, unknown: float | None = No
     if values.ndim != 2 or values.dtype.kind not in "iuf" or values.size == 0:
         raise UserError(f"{path} holds an array of shape {values.shape} and type {values.dtype}; "
                         "a disparity picture is (height, width) numbers")
-    if unknown is None and suffix != ".npy" and values.dtype.kind in "iu":
-        unknown = 0
-    values = values.astype(np.float64)
+    mark = 0.0 if unknown is None and suffix != ".npy" and values.dtype.kind in "iu" else unknown
     missing = ~np.isfinite(values)
-    if unknown is not None:
-        missing |= values == unknown
-    return np.where(missing, np.inf, values / scale)
+    if mark is not None:
+        with np.errstate(over="ignore"):
+            # As the file rounds it: -0.1 of 32 bits is not that of 64.
+            marked = values == (np.array(mark).astype(values.dtype) if values.dtype.kind == "f" else mark)
+        if unknown is not None and np.isfinite(unknown) and not marked.any():
+            note(f"no number in {path} is {unknown:.9g}, which marks unknown disparities")
+        missing |= marked
+    return np.where(missing, np.inf, values.astype(np.float64) / scale)

@@ -122,8 +122,9 @@ def _check_disparities(options: argparse.Namespace, truth: NDArray[np.float64], 
     units = truth * scale
     suspect = _suspect(units, scale, greatest)
     mark = None if suspect is None else (
-        f"{path} holds {np.count_nonzero(units == suspect)} pixels of exactly {suspect:g}, {np.mean(units == suspect):.0%} of it")
-    remedy = None if suspect is None else f"if {suspect:g} marks unknown disparities, give --truth-unknown {suspect:g}"
+        f"{path} holds {np.count_nonzero(units == suspect)} pixels of exactly {suspect:.9g}, {np.mean(units == suspect):.0%} of it")
+    # With "=", because argparse takes -1e+30 for an option.
+    remedy = None if suspect is None else f"if {suspect:.9g} marks unknown disparities, give --truth-unknown={suspect:.9g}"
     below = units[units < 0]
     if below.size and config.minimum >= 0:
         if suspect is not None and suspect < 0:

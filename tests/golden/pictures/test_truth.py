@@ -53,6 +53,29 @@ def test_the_option_names_the_mark(read, capsys, suffix, mark):
     assert capsys.readouterr().err == ""
 
 
+@pytest.mark.parametrize("mark", [-0.1, 3.4028234663852886e+38, -3.4028234663852886e+38, 1e10, -12345.678])
+def test_a_mark_is_rounded_as_the_file_rounds_it(read, capsys, mark):
+    """And what a message says of it can be given back."""
+    if mark < 0:
+        with pytest.raises(UserError) as error:
+            read(ramp(mark))
+        told = str(error.value)
+    else:
+        read(ramp(mark))
+        told = capsys.readouterr().err
+    for given in (told.rpartition("=")[2].strip(), repr(mark)):
+        _, mask = read(ramp(mark), f"--truth-unknown={given}")
+        assert mask.sum() == 140 and capsys.readouterr().err == ""
+
+
+@pytest.mark.parametrize("suffix", [".pfm", ".png"])
+def test_a_mark_that_is_not_there(read, capsys, suffix):
+    read(np.ceil(ramp(0.5)), "--truth-unknown", "-16", suffix=suffix)
+    assert capsys.readouterr().err == f"note: no number in truth{suffix} is -16, which marks unknown disparities\n"
+    read(np.ceil(ramp(0.5)), "--truth-unknown", "nan", suffix=suffix)
+    assert capsys.readouterr().err == ""
+
+
 def test_the_mark_is_in_units_of_the_file(read):
     truth, mask = read((16 * ramp(-1)).astype(np.int16), "--truth-unknown", "-16", "--truth-scale", "16", suffix=".npy")
     assert mask.sum() == 140 and truth[mask].min() > 0
@@ -63,18 +86,18 @@ def test_a_mark_below_0_is_recognised(read, mark, scale):
     with pytest.raises(UserError) as error:
         read(ramp(mark), "--truth-scale", str(scale))
     told = f"truth.pfm holds 60 pixels of exactly {mark}, 30% of it, which is below 0; if {mark} marks unknown disparities"
-    assert told in str(error.value) and f"give --truth-unknown {mark}" in str(error.value)
+    assert told in str(error.value) and f"give --truth-unknown={mark}" in str(error.value)
 
 
 def test_one_pixel_of_a_mark_suffices_below_0(read):
-    with pytest.raises(UserError, match="give --truth-unknown -1"):
+    with pytest.raises(UserError, match="give --truth-unknown=-1"):
         read(ramp(-1, 1))
 
 
 def test_a_mark_among_other_negative_numbers(read):
     values = ramp(-1)
     values[9, :9] = -0.25 * np.arange(1, 10)
-    with pytest.raises(UserError, match=r"61 pixels of exactly -1.*--truth-unknown -1"):
+    with pytest.raises(UserError, match=r"61 pixels of exactly -1.*--truth-unknown=-1"):
         read(values)
     with pytest.raises(UserError, match=r"holds the disparity -15, which is below 0; .* swap the pictures or the sign"):
         read(-ramp(0.5))
@@ -86,7 +109,7 @@ def test_a_good_part_of_one_number_is_told(read, capsys, mark, suffix):
     assert mask.all()
     note, = capsys.readouterr().err.splitlines()
     assert note == (f"note: truth{suffix} holds 60 pixels of exactly {mark}, 30% of it, which counts as a disparity; if {mark} marks "
-                    f"unknown disparities, give --truth-unknown {mark}")
+                    f"unknown disparities, give --truth-unknown={mark}")
 
 
 LAYERS = np.repeat([0, 0, 0, 3, 3, 5, 5, 8, 8, 9], 20).reshape(SHAPE)
@@ -120,14 +143,14 @@ def test_a_scale_that_would_fit(read, factor, scale, suffix, fit):
 
 
 def test_a_mark_above_is_told_with_the_scale(read):
-    with pytest.raises(UserError, match="if 9999 marks unknown disparities, give --truth-unknown 9999"):
+    with pytest.raises(UserError, match="if 9999 marks unknown disparities, give --truth-unknown=9999"):
         read(ramp(9999, 120))
 
 
 def test_a_mark_far_above_numbers_of_another_scale(read):
     values = 4 * ramp(0.5)
     values[0] = 255
-    with pytest.raises(UserError, match=r"--truth-scale 4 would fit; if 255 marks unknown disparities, give --truth-unknown 255"):
+    with pytest.raises(UserError, match=r"--truth-scale 4 would fit; if 255 marks unknown disparities, give --truth-unknown=255"):
         read(values, suffix=".npy")
 
 

@@ -114,6 +114,12 @@ def test_few_levels_are_told(tmp_path, capsys, suffix, greatest, bright):
     assert "below 16" not in capsys.readouterr().err   # one dark picture of two is what it is
 
 
+def test_a_dark_picture_of_8_bits_is_what_it_is(tmp_path, capsys):
+    write_picture(tmp_path / "a.png", LEFT // 32)
+    read_pair(tmp_path / "a.png", tmp_path / "a.png")
+    assert capsys.readouterr().err == ""
+
+
 def test_an_array_has_the_white_of_the_option_only(tmp_path):
     names = as_pair(tmp_path, "npy", 1023, np.save)
     np.testing.assert_array_equal(read_pair(*names, white=1023)[0], LEFT)
