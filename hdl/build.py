@@ -16,6 +16,7 @@ from golden.cli import Parser
 from golden.config import MatcherConfig
 from golden.errors import UserError, run_cli
 from golden.files import atomic, check_folder, output_folder, remove_stale
+from golden.tables import print_table
 from golden.video.bandwidth import Budget, MemoryTiming
 from golden.video.formats import DISPLAYS, PAL
 
@@ -152,7 +153,7 @@ def _run(argv: Sequence[str] | None) -> int:
     if board and build.budget:
         print(f"The memory controller gives the matcher {board.memory_clock_mhz} MHz; "
               f"frames wait in {build.budget.memory_map.buffers} buffers for each camera.")
-        Console().print(build.budget.table())
+        print_table(build.budget.table())
     if board and "README.md" in files:
         print(f"What to do in {board.toolchain}: {folder / 'README.md'}")
     return 0

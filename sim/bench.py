@@ -5,13 +5,13 @@ import tempfile
 from collections.abc import Sequence
 from pathlib import Path
 
-from rich.console import Console
 from rich.table import Table
 
 from golden.cli import Parser, progress
 from golden.config import FUSED_1, Arithmetic, Engine, MatcherConfig, OnePass
 from golden.errors import UserError, run_cli
 from golden.pictures.scenes import scene
+from golden.tables import print_table
 
 from .kit.harness import Result, mismatches, simulate
 from .kit.simulators import SIMULATORS, SimulationError, require
@@ -78,9 +78,8 @@ def _run(argv: Sequence[str] | None) -> int:
         ("seconds of output and build", [f"{result.build_seconds:.0f}" for result in results]),
     ):
         table.add_row(title, *cells)
-    console = Console()
-    console.print(table)
-    console.print(f"Mismatching pixels against golden: {wrong}", highlight=False)
+    print_table(table)
+    print(f"Mismatching pixels against golden: {wrong}")
     return 1 if wrong else 0
 
 

@@ -8,7 +8,6 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
-from rich.console import Console
 from rich.table import Table
 
 from golden.cli import Parser
@@ -20,6 +19,7 @@ from golden.pictures.dataset import StereoPair, motorcycle
 from golden.pictures.images import colour_map, write_picture
 from golden.pictures.metrics import bad_pixels
 from golden.pictures.sheet import write_judged
+from golden.tables import print_table
 
 from .kit.harness import Result, mismatches
 from .kit.simulators import SIMULATORS, SimulationError, require
@@ -73,19 +73,16 @@ def _write(folder: Path, pair: StereoPair, results: dict[str, NDArray[np.integer
 
 
 def _print(report: dict, result: Result, folder: Path) -> None:
-    console = Console()
-    console.print(f"Motorcycle pair, {report['width']}x{report['height']} pixels, {report['disparities']} disparities:",
-                  highlight=False, soft_wrap=True)
+    print(f"Motorcycle pair, {report['width']}x{report['height']} pixels, {report['disparities']} disparities:")
     table = Table()
     table.add_column("method")
     table.add_column("off by more than 1 pixel", justify="right")
     for name, title in TITLES.items():
         table.add_row(title, f"{report['bad_pixels_percent'][name]:.2f} %")
-    console.print(table)
-    console.print(f"{report['mismatches']} of the Verilog's pixels differ from the golden model; {report['clocks_per_pixel']:.3f} clocks a "
-                  f"pixel; {result.build_seconds:.0f} s of build, {result.seconds:.1f} s of simulation with {report['simulator']}.",
-                  highlight=False, soft_wrap=True)
-    console.print(f"The picture is {folder / 'sheet.png'}.", highlight=False, soft_wrap=True)
+    print_table(table)
+    print(f"{report['mismatches']} of the Verilog's pixels differ from the golden model; {report['clocks_per_pixel']:.3f} clocks a pixel; "
+          f"{result.build_seconds:.0f} s of build, {result.seconds:.1f} s of simulation with {report['simulator']}.")
+    print(f"The picture is {folder / 'sheet.png'}.")
 
 
 def _main(argv: Sequence[str] | None) -> int:

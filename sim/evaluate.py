@@ -6,8 +6,6 @@ import tempfile
 from collections.abc import Sequence
 from pathlib import Path
 
-from rich.console import Console
-
 from golden.cli import Parser, add_gateware_options, gateware_config, progress
 from golden.config import MatcherConfig
 from golden.errors import run_cli
@@ -16,6 +14,7 @@ from golden.lab.evaluate import Figures, average, table
 from golden.matcher.matcher import in_pixels
 from golden.pictures.dataset import PAIRS, data_folder, load_pair
 from golden.pictures.metrics import bad_pixels
+from golden.tables import print_table
 
 from .kit.harness import mismatches, simulate
 from .kit.simulators import SIMULATORS, SimulationError, require
@@ -65,11 +64,10 @@ def _run(argv: Sequence[str] | None) -> int:
             figures[pair.name] = {name: bad_pixels(disparity, pair.truth, mask) for name, mask in pair.masks.items()}
             rates[pair.name] = {"clocks_per_pixel": round(result.frames[0].clocks_per_pixel, 4), "seconds": round(result.seconds, 2)}
 
-    console = Console()
-    console.print(table({config.method.name: figures}, column="cost"))
+    print_table(table({config.method.name: figures}, column="cost"))
     for name, rate in rates.items():
-        console.print(f"{name}: {rate['clocks_per_pixel']} clocks a pixel, {rate['seconds']} s of simulation", highlight=False)
-    console.print(f"Mismatching pixels against golden: {wrong}", highlight=False)
+        print(f"{name}: {rate['clocks_per_pixel']} clocks a pixel, {rate['seconds']} s of simulation")
+    print(f"Mismatching pixels against golden: {wrong}")
     if options.json:
         with atomic(options.json) as file:
             text = json.dumps({"bad_pixels_percent": figures, "average": average(figures), "mismatches": wrong, "rates": rates}, indent=2)

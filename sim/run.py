@@ -13,7 +13,6 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
-from rich.console import Console
 from rich.table import Table
 
 from golden.cli import Parser, add_gateware_options, gateware_config, progress
@@ -25,6 +24,7 @@ from golden.pictures.dataset import StereoPair, motorcycle
 from golden.pictures.images import colour_map, read_pair, write_picture
 from golden.pictures.metrics import bad_pixels
 from golden.pictures.white import add_white_option, check_white
+from golden.tables import print_table
 
 from .kit.harness import Result, mismatches, simulate
 from .kit.simulators import SIMULATORS, SimulationError, require
@@ -119,12 +119,11 @@ def _print(report: dict, folder: Path) -> None:
     table.add_row("seconds of Verilog output and build", f"{report['build_seconds']:.1f}")
     if "bad_pixels_percent" in report:
         table.add_row("bad pixels, error above 1 pixel", f"{report['bad_pixels_percent']:.2f} %")
-    console = Console()
     size = f"{report['width']}x{report['height']} pixels, {report['disparities']} disparities"
     method = f"cost {report['cost']}, {report['arithmetic']} arithmetic, {report['engine']} engine"
-    console.print(f"{size}, {method}, {report['simulator']}:", highlight=False, soft_wrap=True)
-    console.print(table)
-    console.print(f"Results are in {folder}: disparity.png to look at, report.json for the figures.", highlight=False, soft_wrap=True)
+    print(f"{size}, {method}, {report['simulator']}:")
+    print_table(table)
+    print(f"Results are in {folder}: disparity.png to look at, report.json for the figures.")
 
 
 def _main(argv: Sequence[str] | None) -> int:

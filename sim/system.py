@@ -15,7 +15,6 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
-from rich.console import Console
 from rich.table import Table
 
 from golden.cli import Parser
@@ -25,6 +24,7 @@ from golden.matcher.labelling import match
 from golden.pictures.dataset import motorcycle
 from golden.pictures.images import read_pair, write_picture
 from golden.pictures.white import add_white_option, check_white
+from golden.tables import print_table
 from golden.video.bt656 import clip, encode
 from golden.video.display import DisplayMode, monitor_picture
 from golden.video.formats import PAL, CameraFormat
@@ -143,7 +143,7 @@ def _print_full(size: Size, report, mismatches) -> None:
             ("words read, written", f"{report['words_read']:,.0f}, {report['words_written']:,.0f}"),
             ("seconds of simulation", f"{report['seconds']:.0f}")):
         table.add_row(name, value)
-    Console().print(table)
+    print_table(table)
 
 
 def _print_frames(system: StereoSystem, told) -> None:
@@ -152,12 +152,11 @@ def _print_frames(system: StereoSystem, told) -> None:
         table.add_column(column, justify="left" if column == "FIFO" else "right")
     for name, fill in told["fills"].items():
         table.add_row(name, f"{fill}", f"{system.depths[name]}")
-    console = Console()
-    console.print(table)
-    console.print(system.budget.table())
+    print_table(table)
+    print_table(system.budget.table())
     moved = told["words"] * CLOCK_HZ / told["clocks"]
-    console.print(f"Moved: {moved:,.0f} words/s on the average of {told['clocks']:,} clocks, {moved / system.budget.available:.1%} of what "
-                  "there is.", soft_wrap=True)
+    print(f"Moved: {moved:,.0f} words/s on the average of {told['clocks']:,} clocks, {moved / system.budget.available:.1%} of what "
+          "there is.")
 
 
 def _print_faults(told) -> None:
@@ -166,7 +165,7 @@ def _print_faults(told) -> None:
         table.add_column(column, justify="left" if column in ("fault", "counter") else "right")
     for entry in told:
         table.add_row(*(str(entry[key]) for key in ("fault", "counter", "count", "frames")))
-    Console().print(table)
+    print_table(table)
 
 
 def _main(argv: Sequence[str] | None) -> int:

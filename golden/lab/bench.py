@@ -5,7 +5,6 @@ import time
 from collections.abc import Callable, Sequence
 from typing import Any
 
-from rich.console import Console
 from rich.table import Table
 
 from ..cli import Parser, check_disparities, progress
@@ -13,6 +12,7 @@ from ..config import Arithmetic, MatcherConfig, OnePass
 from ..errors import UserError, run_cli
 from ..matcher.labelling import match, match_plain
 from ..pictures.scenes import scene
+from ..tables import print_table
 
 
 __all__ = ["main"]
@@ -68,7 +68,7 @@ def run(argv: Sequence[str] | None) -> None:
             plain = timed(match_plain, left[:rows], right[:rows], config)[0] * options.height / rows
             bar.advance(task)
             table.add_row(config.method.arithmetic, f"{fast:.2f}", f"{processor:.2f}", f"{plain:.0f}", f"{plain / fast:.0f}")
-    Console().print(table)
+    print_table(table)
 
 
 def main(argv: Sequence[str] | None = None) -> int:

@@ -6,7 +6,6 @@ from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
-from rich.console import Console
 from rich.table import Table
 
 from ..cli import STAGES, Parser, add_method_options, method_config, progress
@@ -17,6 +16,7 @@ from ..matcher.matcher import disparities as match
 from ..pictures.dataset import MASKS, PAIRS, StereoPair, add_data_option, load_pairs
 from ..pictures.metrics import bad_pixels
 from ..pictures.truth import add_threshold_option, check_threshold
+from ..tables import print_table
 
 
 __all__ = ["average", "evaluate", "main", "table"]
@@ -147,7 +147,7 @@ def run(argv: Sequence[str] | None) -> None:
                 {"arithmetic": config.method.arithmetic, **({"stages": name} if options.cost == Fused.name else {}),
                  "average": average(figures), "pairs": figures} for config, (name, figures) in zip(sample, results.items(), strict=True)]}
         write_json(output, document)
-    Console().print(table(results, options.threshold, "arithmetic" if options.cost == OnePass.name else "fused cost"))
+    print_table(table(results, options.threshold, "arithmetic" if options.cost == OnePass.name else "fused cost"))
 
 
 def main(argv: Sequence[str] | None = None) -> int:

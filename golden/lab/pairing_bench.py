@@ -3,11 +3,11 @@
 import sys
 from collections.abc import Sequence
 
-from rich.console import Console
 from rich.table import Table
 
 from ..cli import Parser, progress
 from ..errors import UserError, run_cli
+from ..tables import print_table
 from ..video.drift import Trace, all_phases, camera_frames, figures, simulate, violations
 from ..video.formats import DISPLAYS, PAL
 from ..video.pairing import WINDOW, Pairing, buffers_needed
@@ -99,9 +99,8 @@ def run(argv: Sequence[str] | None) -> None:
                 cells += ["{}, {}".format(*found.skipped), f"{min(len(side.begins) for side in trace.frames) - found.pairs}"]
             reading.add_row(f"{read:.3f}", f"{read * period_ms:.2f}", *cells)
             bar.advance(task)
-    console = Console()
-    console.print(drifts)
-    console.print(reading)
+    print_table(drifts)
+    print_table(reading)
 
 
 def main(argv: Sequence[str] | None = None) -> int:

@@ -6,7 +6,6 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from rich.console import Console
 from rich.table import Table
 
 from ..cli import Parser, add_method_options, method_config, progress
@@ -16,6 +15,7 @@ from ..files import check_output
 from ..matcher.fused import match
 from ..pictures.dataset import PAIRS, add_data_option, load_pairs
 from ..pictures.sheet import SHEET_SUFFIXES, save_figure
+from ..tables import print_table
 
 
 __all__ = ["area", "area_above_oracle", "main", "sparsification"]
@@ -124,7 +124,7 @@ def run(argv: Sequence[str] | None) -> None:
     table.add_row(f"average of {len(areas)}", *[""] * len(KEPT), *(f"{value:.2f}" for value in np.mean(areas, axis=0)))
     if output:
         plot(output, curves)
-    Console().print(table)
+    print_table(table)
 
 
 def main(argv: Sequence[str] | None = None) -> int:

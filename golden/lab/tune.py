@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from rich.console import Console
 from rich.table import Table
 
 from ..cli import Parser, progress
@@ -17,6 +16,7 @@ from ..files import check_output
 from ..matcher.parameters import PARAMETER_SUFFIX, read_parameters, write_parameters
 from ..pictures.dataset import StereoPair, motorcycle, pairs_in
 from ..pictures.scenes import layers
+from ..tables import print_table
 from .evaluate import average, evaluate
 from .workers import Run, add_worker_options, check_installed, workers
 
@@ -216,7 +216,7 @@ def run(argv: Sequence[str] | None) -> None:
         for number, name in enumerate(before):
             table.add_row("" if number else part, name, *(f"{np.mean(list(figures[name].values())):.2f}" for figures in (before, after)))
         table.add_row("", "average", f"{average(before):.2f}", f"{average(after):.2f}", end_section=True)
-    Console().print(table)
+    print_table(table)
     others = [f"{name} {value_of(start, name)} -> {value_of(best, name)}" for name in Fused.LIMITS
               if value_of(start, name) != value_of(best, name)]
     print(f"{output}: {', '.join(others) or 'nothing better than the start'}")

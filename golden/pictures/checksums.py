@@ -5,11 +5,12 @@ import hashlib
 from collections.abc import Sequence
 from pathlib import Path
 
-from rich.console import Console
 from rich.table import Table
+from rich.text import Text
 
 from ..cli import Parser
 from ..errors import UserError, run_cli
+from ..tables import print_table
 from .dataset import MASKS, PAIRS, add_data_option, data_folder
 from .images import read_colours
 
@@ -68,13 +69,13 @@ def run(argv: Sequence[str] | None) -> None:
     files, pixels = sums(SUMS), sums(PIXEL_SUMS)
     states = {name: state(folder, name, digest, pixels[name]) for name, digest in files.items()}
 
-    table = Table(title=f"{folder}")
+    table = Table(title=Text(str(folder)))
     table.add_column("pair")
     for name in FILES:
         table.add_column(name)
     for pair in PAIRS:
         table.add_row(pair, *(states[f"{pair}/{name}"] for name in FILES))
-    Console().print(table)
+    print_table(table)
     bad = [name for name, word in states.items() if word not in (SAME, ENCODED)]
     if bad:
         raise UserError(f"{folder} lacks {len(bad)} of {len(states)} pictures or holds others, first {bad[0]}: {states[bad[0]]}; "

@@ -17,6 +17,7 @@ from golden.config import METHODS, MatcherConfig
 from golden.errors import UserError, run_cli
 from golden.host.protocol import BAUD, FRAME_BYTES, QUIET_SECONDS, Operation, Reply, Request, Status, encode_request, first_reply
 from golden.host.registers import IDENTITY, VERSION, Kind, Register, RegisterMap, register_map
+from golden.tables import print_table, whole
 
 
 __all__ = ["Chip", "SerialPort", "Transport", "main"]
@@ -214,7 +215,7 @@ def _watch(chip: Chip, interval: float, count: int | None) -> None:
             change = value - before.get(register.name, value) if register.kind is Kind.COUNTER else 0
             result.add_row(register.name, register.text(value), f"{change:+}" if change else "", register.description)
             before[register.name] = value
-        return result
+        return whole(result)
 
     try:
         with Live(table(), console=Console(), auto_refresh=False) as live:
@@ -231,7 +232,7 @@ def _list() -> None:
         table.add_column(column)
     for register in register_map():
         table.add_row(register.name, register.access, register.limits, register.unit, register.description)
-    Console().print(table)
+    print_table(table)
 
 
 # Limits of the numbers on the command line.

@@ -48,7 +48,7 @@ def _run(argv: Sequence[str] | None) -> int:
     title = f"Matcher, {config.engine} engine, cost {config.method.name}, {config.method.arithmetic} arithmetic, {'x'.join(map(str, size))}"
     with Console(stderr=True).status("writing RTLIL") as status:
         counted = count(map_cyclone3(Matcher(config), "matcher", lambda step: status.update(f"mapping: {step}")))
-    show(Console(), counted, device, title, thesis=size == THESIS_SIZE)
+    show(counted, device, title, thesis=size == THESIS_SIZE)
     clock = None
     if options.clock:
         matcher = Matcher(config)

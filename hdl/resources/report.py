@@ -5,8 +5,9 @@ from collections import Counter
 from collections.abc import Iterable
 from typing import Any
 
-from rich.console import Console
 from rich.table import Table
+
+from golden.tables import print_table
 
 from .clock import DEVICE as CLOCK_DEVICE
 from .clock import Clock
@@ -133,7 +134,7 @@ def as_json(count: Count, clock: Clock | None, about: dict[str, Any], capacity: 
     return document
 
 
-def show(console: Console, count: Count, device: Device, title: str, thesis: bool) -> None:
+def show(count: Count, device: Device, title: str, thesis: bool) -> None:
     """Print table and method."""
-    console.print(table(count, device, title, thesis))
-    console.print(method(count), highlight=False)
+    print_table(table(count, device, title, thesis))
+    print(method(count))

@@ -7,13 +7,13 @@ from pathlib import Path
 from typing import Any
 
 from rich.box import SIMPLE_HEAD
-from rich.console import Console
 from rich.table import Table
 
 from ...cli import Parser, progress
 from ...errors import run_cli
 from ...files import check_output, write_json
 from ...pictures.dataset import MASKS, load_pairs
+from ...tables import print_table
 from ..evaluate import average
 from ..published import TABLE_1, TABLE_1_PAIR
 from ..workers import add_worker_options, check_installed, workers
@@ -113,7 +113,7 @@ def run(argv: Sequence[str] | None) -> None:
 
     if output:
         write_json(output, document(results))
-    Console().print(table(results))
+    print_table(table(results))
     for sentence in energies(results):
         print(sentence)
 

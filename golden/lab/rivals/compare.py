@@ -13,7 +13,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 from rich.box import SIMPLE_HEAD
-from rich.console import Console
 from rich.table import Table
 
 from ...cli import Parser, check_disparities, progress
@@ -29,6 +28,7 @@ from ...pictures.scenes import SCENES
 from ...pictures.sheet import SHEET_SUFFIXES, Strip, write_comparison
 from ...pictures.truth import add_truth_options, check_truth_options, read_truth
 from ...pictures.white import add_white_option, check_white
+from ...tables import print_table
 from ..workers import check_installed
 from .options import check_names
 from .registry import METHODS
@@ -261,7 +261,7 @@ def run(argv: Sequence[str] | None) -> None:
         write_comparison(output, strips)
     if options.page:
         _write_page(options, shlex.join(["python", "-m", "golden", "compare", *(sys.argv[1:] if argv is None else argv)]), compared, rows)
-    Console().print(table(rows, options.threshold))
+    print_table(table(rows, options.threshold))
 
 
 def main(argv: Sequence[str] | None = None) -> int:

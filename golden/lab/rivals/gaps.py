@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from rich.console import Console
 from rich.table import Table
 
 from ...cli import Parser, progress
@@ -19,6 +18,7 @@ from ...matcher.cost import local_disparity, matching_cost
 from ...matcher.labelling import labelling
 from ...pictures.dataset import StereoPair, load_pairs
 from ...pictures.sheet import SHEET_SUFFIXES, save_figure
+from ...tables import print_table
 from ..workers import check_installed
 from .maxflow import LineGraph, augmenting_path, cut_labels, line_energy, line_graph, line_terms, push_relabel
 from .options import add_pair_options, check_names
@@ -180,7 +180,7 @@ def run(argv: Sequence[str] | None) -> None:
         plot(output, results)
     if numbers:
         write_json(numbers, document(results))
-    Console().print(table(results))
+    print_table(table(results))
 
 
 def main(argv: Sequence[str] | None = None) -> int:
