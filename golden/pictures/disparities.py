@@ -125,8 +125,7 @@ def read_disparity(path: StrPath, scale: float = 1.0, unknown: float | None = No
     missing = ~np.isfinite(values)
     if mark is not None:
         with np.errstate(over="ignore"):
-            # As the file rounds it: -0.1 of 32 bits is not that of 64.
-            marked = values == (np.array(mark).astype(values.dtype) if values.dtype.kind == "f" else mark)
+            marked = values == float(mark)  # a Python float is rounded as the file's numbers are: -0.1 of 32 bits is not that of 64
         if unknown is not None and np.isfinite(unknown) and not marked.any():
             note(f"no number in {path} is {unknown:.9g}, which marks unknown disparities")
         missing |= marked

@@ -68,6 +68,11 @@ def test_a_mark_is_rounded_as_the_file_rounds_it(read, capsys, mark):
         assert mask.sum() == 140 and capsys.readouterr().err == ""
 
 
+def test_a_mark_beyond_the_numbers_of_the_file(read, capsys):
+    read(ramp(0.5), "--truth-unknown", "1e300")
+    assert "no number in truth.pfm is 1e+300" in capsys.readouterr().err
+
+
 @pytest.mark.parametrize("suffix", [".pfm", ".png"])
 def test_a_mark_that_is_not_there(read, capsys, suffix):
     read(np.ceil(ramp(0.5)), "--truth-unknown", "-16", suffix=suffix)
