@@ -85,8 +85,10 @@ def run_yosys(tool: Tool, script: str, folder: Path, report: Callable[[str], Non
     log.unlink(missing_ok=True)
     (folder / "script.ys").write_text(script)
     errors = folder / "errors.log"
+    # Yosys starts ABC by a shell, which would split or interpret the path of the temporary folder: relative to the working folder.
+    environment = tool_environment() | {"TMPDIR": "."}
     with (folder / "script.ys").open() as commands, errors.open("w") as file, started(
-            [sys.executable, *tool.value], cwd=folder, env=tool_environment(), stdin=commands, stdout=subprocess.PIPE, stderr=file,
+            [sys.executable, *tool.value], cwd=folder, env=environment, stdin=commands, stdout=subprocess.PIPE, stderr=file,
             text=True) as run:
         assert run.stdout
         for line in run.stdout:

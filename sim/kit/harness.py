@@ -20,6 +20,7 @@ from golden.pictures.text import read_text, write_text
 from hdl.emit import write_verilog
 from hdl.matcher.matcher import Matcher
 
+from .places import full_disk
 from .simulators import SimulationError, build, run
 
 
@@ -230,12 +231,17 @@ def simulate(config: MatcherConfig, lefts: Sequence[NDArray[np.uint8]], rights: 
     stage(f"Simulating with {simulator}")
     with _watch(files["output"], progress):
         run(simulator, _TOP, folder, "sim.kit.harness_tb", plusargs=plusargs, waves=waves_file)
-    report, frames, seconds = _read_report(files["report"])
-    _check(report, sum(np.size(left) for left in lefts), len(lefts))
     try:
+        report, frames, seconds = _read_report(files["report"])
+        _check(report, sum(np.size(left) for left in lefts), len(lefts))
         words = read_text(files["output"], 6 if word_bits > 8 else 2)
-    except UserError as error:
-        raise SimulationError(f"the harness wrote a bad text picture: {error}") from error
+    except (SimulationError, OSError, ValueError, KeyError, TypeError) as error:
+        # Simulators do not tell that what they write is lost.
+        if reason := full_disk(work):
+            raise SimulationError(f"{simulator} did not write all of its output{reason}") from error
+        if isinstance(error, UserError):
+            raise SimulationError(f"the harness wrote a bad text picture: {error}") from error
+        raise
     frame_fields = [{name: (word >> low & (1 << width) - 1).astype(np.int32) for name, (low, width) in fields.items()} for word in words]
     return Result(frame_fields, frames, report, seconds, build_seconds, waves_file)
 

@@ -2,7 +2,6 @@
 
 import os
 import re
-import shutil
 import tempfile
 from collections.abc import Sequence
 from pathlib import Path
@@ -21,6 +20,10 @@ _COCOTB_LINK = "cocotb_root"
 # whose compilers find their libraries that way.
 _KEPT = ("PATH", "HOME", "TMPDIR", "LANG", "LD_LIBRARY_PATH", "DYLD_LIBRARY_PATH", "LIBPYTHON_LOC", "SDKROOT", "VIRTUAL_ENV")
 _KEPT_PREFIXES = ("LC_", "NIX_", "CONDA_")
+
+
+# Bytes that a compiler needs at least for its next file.
+_ROOM = 1 << 20
 
 
 def clean_environment() -> dict[str, str]:
@@ -46,7 +49,9 @@ def relative(command: Sequence[str], build_dir: Path) -> list[str]:
 
 def copied(source: Path, folder: Path, number: int) -> Path:
     """A copy of a source by a name that `make` can read, and that still tells which it is."""
-    return Path(shutil.copy(source, folder / f"{number}_{re.sub(r'[^A-Za-z0-9.]', '_', source.name)}"))
+    path = folder / f"{number}_{re.sub(r'[^A-Za-z0-9.]', '_', source.name)}"
+    path.write_bytes(source.read_bytes())   # `shutil.copy` may leave a part on a full disk, without an error
+    return path
 
 
 def link_tools(folder: Path, tools: Path | None) -> dict[str, str]:
@@ -62,8 +67,9 @@ def link_tools(folder: Path, tools: Path | None) -> dict[str, str]:
 def full_disk(folder: str | os.PathLike[str]) -> str:
     """What to add to a message if ``folder`` takes no more data, which compilers that write their log there cannot tell; else nothing."""
     try:
-        with tempfile.TemporaryFile(dir=folder, buffering=0) as file:
-            file.write(bytes(1 << 16))
+        with tempfile.TemporaryFile(dir=folder) as file:    # buffered: a raw write may write a part and succeed
+            file.write(bytes(_ROOM))
+            file.flush()
     except OSError as error:
-        return f" ({error.strerror} in {Path(folder).parent}; make room, or name another folder with TMPDIR)"
+        return f" ({error.strerror} in {Path(folder).parent}; make room, or name another folder with --output or TMPDIR)"
     return ""

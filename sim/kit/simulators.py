@@ -340,7 +340,8 @@ def run(simulator: str, toplevel: str, build_dir: str | os.PathLike[str], test_m
                 test_args=test_args, waves=waves is not None, results_xml=str(results), log_file=log_file)
             tests, failed = get_results(results)
         except (RuntimeError, SystemExit) as error:
-            raise SimulationError(f"{simulator} ended abnormally in {test_module}: {error}{_tail(log_file)}") from error
+            reason = f"{error}{full_disk(build_dir)}"
+            raise SimulationError(f"{simulator} ended abnormally in {test_module}: {reason}{_tail(log_file)}") from error
     if failed:
         raise SimulationError(f"{failed} of {tests} tests of {test_module} failed on {simulator}{_tail(log_file, 40)}")
     if tests == 0:

@@ -15,6 +15,20 @@ def test_runs_in_the_folder(tool, tmp_path):
     assert '"top"' in (tmp_path / "out.json").read_text()
 
 
+@pytest.mark.parametrize("name", ["a space", "it's", "$x", 'a "b"', "ü"])
+def test_temporary_folder(tmp_path, monkeypatch, name):
+    """ABC, which a shell starts, works wherever that is, and where the working folder is."""
+    folder = tmp_path / name
+    folder.mkdir()
+    monkeypatch.setenv("TMPDIR", str(folder))
+    (folder / "design.il").write_text("module \\top\n  wire input 1 \\a\n  wire input 2 \\b\n  wire output 3 \\y\n"
+                                      "  cell $and $1\n    parameter \\A_SIGNED 0\n    parameter \\A_WIDTH 1\n    parameter \\B_SIGNED 0\n"
+                                      "    parameter \\B_WIDTH 1\n    parameter \\Y_WIDTH 1\n    connect \\A \\a\n    connect \\B \\b\n"
+                                      "    connect \\Y \\y\n  end\nend\n")
+    run_yosys(Tool.PYOSYS, "read_rtlil design.il\ntechmap\nabc -lut 4\nwrite_json out.json\n", folder)
+    assert '"$lut"' in (folder / "out.json").read_text()
+
+
 def test_steps_are_reported(tmp_path):
     steps = []
     run_yosys(Tool.PYOSYS, "# one\n# two parts\nhierarchy\n", tmp_path, steps.append)

@@ -7,9 +7,11 @@ import sys
 import tempfile
 from pathlib import Path
 
+import numpy as np
 import pytest
 
-from sim.kit import places, simulators
+from golden.config import MatcherConfig
+from sim.kit import harness, places, simulators
 from sim.kit.simulators import SIMULATORS, SimulationError, build, lint, run
 from sim.kit.store import Store
 
@@ -114,7 +116,7 @@ def test_disk_full_while_compiling(source, tmp_path, monkeypatch, full):
         def build(self, *, log_file, **_):
             log_file.touch()
             if full:
-                monkeypatch.setattr(tempfile, "TemporaryFile", lambda **_: open("/dev/full", "wb", buffering=0))  # noqa: SIM115
+                monkeypatch.setattr(tempfile, "TemporaryFile", lambda **_: open("/dev/full", "wb"))  # noqa: SIM115
             raise RuntimeError("status 1")
 
     monkeypatch.setattr(simulators, "_runner", lambda simulator: Compiler())
@@ -124,3 +126,21 @@ def test_disk_full_while_compiling(source, tmp_path, monkeypatch, full):
     told = str(raised.value)
     assert ("No space left on device" in told and "TMPDIR" in told) == full
     assert "ends with" not in told and "status 1" in told
+
+
+@pytest.mark.parametrize("report", [None, "", "pixels_in 4\n", "clocks\n"])
+@pytest.mark.parametrize("reason", [" (No space left on device in x; make room)", ""])
+def test_disk_full_while_simulating(source, tmp_path, monkeypatch, report, reason):
+    """Simulators do not tell that a write failed: what is missing is not blamed on the Verilog."""
+    def run(*_, **__):
+        if report is not None:
+            (tmp_path / "work" / "report.txt").write_text(report)
+
+    monkeypatch.setattr(harness, "build", lambda *_, **__: 0.0)
+    monkeypatch.setattr(harness, "run", run)
+    monkeypatch.setattr(harness, "full_disk", lambda folder: reason)
+    picture = np.zeros((2, 2), np.uint8)
+    with pytest.raises((SimulationError, KeyError, ValueError, OSError)) as raised:
+        harness.simulate(MatcherConfig(2, 2), [picture], [picture], simulator="icarus", work_dir=tmp_path / "work", verilog=source)
+    told = "icarus did not write all of its output (No space left on device in x; make room)"
+    assert (str(raised.value) == told) == bool(reason)
