@@ -4,6 +4,7 @@ import argparse
 import contextlib
 import importlib.util
 import os
+import signal
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from typing import Any
@@ -85,9 +86,29 @@ def workers(count: int, scheduler: str | None = None) -> Iterator[Run]:
         with dask.config.set(scheduler="synchronous"):
             yield _local
     else:
-        import multiprocessing
-
-        # Not a fork: the progress bar has a thread.
-        with (ProcessPoolExecutor(count, mp_context=multiprocessing.get_context("spawn")) as pool,
-              dask.config.set(scheduler="processes", pool=pool)):
+        with _pool(count) as pool, dask.config.set(scheduler="processes", pool=pool):
             yield _local
+
+
+@contextlib.contextmanager
+def _pool(count: int) -> Iterator[ProcessPoolExecutor]:
+    """Processes that do not see Ctrl-C, and that end at once if the block raises: a job may take minutes."""
+    import multiprocessing
+
+    # A terminal sends SIGINT and SIGHUP to all processes, and each would print a traceback. They inherit what is blocked here.
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, (signal.SIGINT, signal.SIGHUP))
+    try:
+        # Not a fork: the progress bar has a thread.
+        pool = ProcessPoolExecutor(count, mp_context=multiprocessing.get_context("spawn"))
+        for _ in range(count):
+            pool.submit(os.getpid)
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+    try:
+        yield pool
+    except BaseException:
+        pool.shutdown(wait=False, cancel_futures=True)
+        for child in multiprocessing.active_children():
+            child.terminate()
+        raise
+    pool.shutdown()

@@ -2,6 +2,11 @@
 
 import math
 import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
 
 import pytest
 
@@ -12,6 +17,7 @@ from golden.lab.workers import check_installed, workers
 pytest.importorskip("dask", reason="dask, of the extra lab, is not installed")
 
 
+ROOT = Path(__file__).resolve().parents[3]
 JOBS = [(math.hypot, 3 * k, 4 * k) for k in range(7)]
 
 
@@ -65,3 +71,44 @@ def test_no_cluster():
     pytest.importorskip("distributed", reason="distributed, of the extra lab, is not installed")
     with pytest.raises(UserError, match="no Dask scheduler answers at nonsense"), workers(1, "nonsense://here"):
         pass
+
+
+# Two jobs that take a minute, in processes of their own; the first line is printed when both run.
+SLOW = """
+import sys, time
+from golden.errors import run_cli
+from golden.lab.workers import workers
+def job(note):
+    open(note, "w").close()
+    time.sleep(60)
+def body(argv):
+    with workers(2) as run:
+        run([(job, note) for note in argv], lambda number, result: None)
+if __name__ == "__main__":
+    sys.exit(run_cli(body, sys.argv[1:], "prog"))
+"""
+
+
+@pytest.mark.parametrize("number, told", [(signal.SIGINT, "interrupted"), (signal.SIGHUP, "ended by SIGHUP"),
+                                          (signal.SIGTERM, "ended by SIGTERM")])
+@pytest.mark.parametrize("to_all", [True, False])
+def test_signal(tmp_path, number, told, to_all):
+    """To all processes, as a terminal sends it, or to the first alone: one line, at once, and no process is left."""
+    (tmp_path / "slow.py").write_text(SLOW)
+    notes = [tmp_path / "left", tmp_path / "right"]
+    process = subprocess.Popen([sys.executable, "slow.py", *map(str, notes)], cwd=tmp_path, stderr=subprocess.PIPE, text=True,
+                               start_new_session=True, env=os.environ | {"PYTHONPATH": str(ROOT)},
+                               preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL))
+    end = time.monotonic() + 60
+    while not all(note.exists() for note in notes) and time.monotonic() < end:
+        time.sleep(0.05)
+    if to_all and number != signal.SIGTERM:     # which ends the others themselves
+        os.killpg(process.pid, number)
+    else:
+        process.send_signal(number)
+    assert process.communicate(timeout=20)[1] == f"prog: {told}\n" and process.returncode == 128 + number
+    end = time.monotonic() + 20
+    with pytest.raises(ProcessLookupError):     # the group is empty
+        while time.monotonic() < end:
+            os.killpg(process.pid, 0)
+            time.sleep(0.05)
