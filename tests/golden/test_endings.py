@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from golden.errors import run_cli
+from golden.errors import guard_start, run_cli
 
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -203,3 +203,14 @@ def test_other_broken_pipes_are_not_hidden():
         raise BrokenPipeError(32, "Broken pipe")
     with pytest.raises(BrokenPipeError):
         run_cli(body, [], "prog")
+
+
+def test_ignored_signal_stays_ignored_during_imports(monkeypatch):
+    monkeypatch.setattr(sys, "argv", ["-m"])
+    before = {number: signal.signal(number, signal.SIG_IGN) for number, _, _ in ENDINGS}
+    try:
+        guard_start()
+        assert {signal.getsignal(number) for number in before} == {signal.SIG_IGN}
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
