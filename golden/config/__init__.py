@@ -6,6 +6,7 @@ May import nothing of the project.
 from .fused import CONFIDENCE_BITS, FUSED_1, FUSED_2, FUSED_3, Arms, Fused, FusedCost, Refinement, Vertical
 from .limits import (
     IN_USE_BITS,
+    LEAST_MINIMUM,
     MINIMUM_BITS,
     PIXEL_BITS,
     PIXEL_MAX,
@@ -23,8 +24,8 @@ from .one_pass import OnePass
 
 
 __all__ = ["Arithmetic", "Arms", "CONFIDENCE_BITS", "Engine", "FUSED_1", "FUSED_2", "FUSED_3", "Fused", "FusedCost", "IN_USE_BITS",
-           "METHODS", "MINIMUM_BITS", "MatcherConfig", "MatchingCost", "Method", "OnePass", "PIXEL_BITS", "PIXEL_MAX", "Refinement",
-           "Setting", "Vertical", "WEIGHT_BITS", "WEIGHT_MAX", "Weights", "changed", "value_of"]
+           "LEAST_MINIMUM", "METHODS", "MINIMUM_BITS", "MatcherConfig", "MatchingCost", "Method", "OnePass", "PIXEL_BITS", "PIXEL_MAX",
+           "Refinement", "Setting", "Vertical", "WEIGHT_BITS", "WEIGHT_MAX", "Weights", "changed", "value_of"]
 
 
 #: The methods by name; a method's place is its number in the register map.

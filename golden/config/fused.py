@@ -228,17 +228,18 @@ class Fused:
         """Units of a disparity a pixel: 8 with sub-pixel disparities, three fraction bits."""
         return 8 if self.refinement.sub_pixel else 1
 
-    def result_fields(self, labels: int) -> Mapping[str, int]:
-        """Fields of a result, and their bits: the disparity at the greatest least disparity that may be set."""
+    def result_fields(self, labels: int, minimum: int) -> Mapping[str, int]:
+        """Fields of a result, and their bits: the disparity at the greatest least disparity that may be set, with a sign if ``minimum``,
+        which was built in, is below 0."""
         greatest = (labels - 1 + 2**MINIMUM_BITS) * self.disparity_scale - 1
-        return {"disparity": greatest.bit_length(), "passed": 1, "confidence": CONFIDENCE_BITS}
+        return {"disparity": greatest.bit_length() + (minimum < 0), "passed": 1, "confidence": CONFIDENCE_BITS}
 
     def settings(self, minimum: int) -> Mapping[str, Setting]:
         """The weights, the least disparity, and the switches of the refinement."""
         switches = {name: Setting(1, int(getattr(self.refinement, name)), what) for name, what in Refinement.SWITCHES.items()}
         return {
             **weight_settings(self.weights, "fractions of the fused cost a pixel"),
-            "minimum": Setting(2**MINIMUM_BITS - 1, minimum, "least disparity", unit="pixels"), **switches,
+            "minimum": Setting(2**MINIMUM_BITS - 1, minimum, "least disparity", min(minimum, 0), "pixels"), **switches,
         }
 
     def with_settings(self, values: Mapping[str, int]) -> "Fused":

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 
-__all__ = ["IN_USE_BITS", "MINIMUM_BITS", "PIXEL_BITS", "PIXEL_MAX", "WEIGHT_BITS", "WEIGHT_MAX", "Arithmetic", "Engine", "MatchingCost",
-           "Setting", "Weights", "check_limits", "weight_settings"]
+__all__ = ["IN_USE_BITS", "LEAST_MINIMUM", "MINIMUM_BITS", "PIXEL_BITS", "PIXEL_MAX", "WEIGHT_BITS", "WEIGHT_MAX", "Arithmetic", "Engine",
+           "MatchingCost", "Setting", "Weights", "check_limits", "weight_settings"]
 
 
 PIXEL_BITS = 8
@@ -22,6 +22,9 @@ IN_USE_BITS = 9
 
 # Least disparity: up to 255.
 MINIMUM_BITS = 8
+
+# Least disparity of cameras that converge: a point behind the point of convergence has a negative disparity.
+LEAST_MINIMUM = -64
 
 
 def check_limits(values: Mapping[str, object], limits: Mapping[str, range]) -> None:
@@ -117,9 +120,14 @@ class Setting:
     unit: str = ""
 
     @property
+    def signed(self) -> bool:
+        """Whether the port is signed."""
+        return self.minimum < 0
+
+    @property
     def bits(self) -> int:
         """Width of the port."""
-        return self.maximum.bit_length()
+        return max(self.maximum.bit_length(), (-self.minimum - 1).bit_length() if self.signed else 0) + self.signed
 
 
 def weight_settings(weights: Weights, unit: str) -> dict[str, Setting]:

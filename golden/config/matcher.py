@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any, ClassVar, TypeVar, cast
 
-from .limits import IN_USE_BITS, MINIMUM_BITS, Engine, Setting, check_limits
+from .limits import IN_USE_BITS, LEAST_MINIMUM, MINIMUM_BITS, Engine, Setting, check_limits
 from .method import Method
 from .one_pass import OnePass
 
@@ -26,7 +26,8 @@ class MatcherConfig:
     max_width : int
         Longest line, in pixels, that the gateware's memories hold.
     minimum : int
-        Least disparity ``m``, pixels: label ``l`` is the disparity ``m + l``.
+        Least disparity ``m``, pixels: label ``l`` is the disparity ``m + l``. Below 0 for cameras that converge; gateware built with
+        such a value takes any from there on as a setting, other gateware from 0 on.
     in_use : int or None
         Labels in use, ``0 .. in_use - 1``: those above have the cost of a candidate outside the picture. ``None``: all. Build-time default
         of the gateware's input.
@@ -45,7 +46,7 @@ class MatcherConfig:
     LABELS: ClassVar[range] = range(2, 257)
     SEQUENTIAL_LABELS: ClassVar[range] = range(2, 129)
     WIDTHS: ClassVar[range] = range(1, 4097)
-    MINIMUMS: ClassVar[range] = range(2**MINIMUM_BITS)
+    MINIMUMS: ClassVar[range] = range(LEAST_MINIMUM, 2**MINIMUM_BITS)
 
     def __post_init__(self) -> None:
         check_limits(vars(self), {"labels": self.LABELS, "max_width": self.WIDTHS, "minimum": self.MINIMUMS})
@@ -62,6 +63,16 @@ class MatcherConfig:
         if not isinstance(self.method, kind):
             raise ValueError(f"the method must be {kind.name}, not {self.method.name}")  # type: ignore[attr-defined]
         return cast(M, self.method)
+
+    @property
+    def lead(self) -> int:
+        """Columns by which the right picture is ahead of the left one, so that negative disparities can be compared."""
+        return max(-self.minimum, 0)
+
+    @property
+    def line_width(self) -> int:
+        """Columns of the longest line with its :attr:`lead`."""
+        return self.max_width + self.lead
 
     @property
     def labels_in_use(self) -> int:
@@ -91,7 +102,7 @@ class MatcherConfig:
     @property
     def result_fields(self) -> Mapping[str, int]:
         """Fields of a result, ``disparity`` first, and their bits."""
-        return self.method.result_fields(self.labels)
+        return self.method.result_fields(self.labels, self.minimum)
 
     @property
     def settings(self) -> Mapping[str, Setting]:

@@ -61,7 +61,7 @@ class Method(Protocol):
     def disparity_scale(self) -> int:
         """Units of a disparity a pixel."""
 
-    def result_fields(self, labels: int) -> Mapping[str, int]:
+    def result_fields(self, labels: int, minimum: int) -> Mapping[str, int]:
         """Fields of a result, ``disparity`` first, and their bits."""
 
     def settings(self, minimum: int) -> Mapping[str, Setting]:

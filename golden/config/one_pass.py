@@ -85,8 +85,8 @@ class OnePass:
         """Disparities are whole pixels."""
         return 1
 
-    def result_fields(self, labels: int) -> Mapping[str, int]:
-        """Fields of a result, and their bits."""
+    def result_fields(self, labels: int, minimum: int) -> Mapping[str, int]:
+        """Fields of a result, and their bits: the gateware has the least disparity 0 only."""
         return {"disparity": (labels - 1).bit_length()}
 
     def settings(self, minimum: int) -> Mapping[str, Setting]:

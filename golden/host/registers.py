@@ -16,10 +16,13 @@ __all__ = ["COUNT_MAX", "IDENTITY", "SETUPS", "VERSION", "Kind", "Register", "Re
 IDENTITY = int.from_bytes(b"SG", "big")
 
 #: Version of this map: incremented whenever a register is added, removed or changes its meaning.
-VERSION = 3
+VERSION = 4
 
 #: Counters hold their greatest value.
 COUNT_MAX = 2**16 - 1
+
+#: Values of a register that may be negative.
+SIGNED = range(-2**15, 2**15)
 
 
 class Kind(enum.StrEnum):
@@ -52,7 +55,7 @@ class Register:
     description : str
         One line.
     minimum : int
-        Least value that may be written.
+        Least value that may be written. Below 0, values are sent as two's complement of 16 bits.
     reset : int
         Value after reset; of a constant, its value.
     unit : str
@@ -75,17 +78,31 @@ class Register:
             raise ValueError(f"the name of a register must be an identifier, not {self.name!r}")
         if self.address not in range(256):
             raise ValueError(f"the address of {self.name} must be from 0 to 255, not {self.address!r}")
-        if not 0 <= self.minimum <= self.maximum <= COUNT_MAX:
-            raise ValueError(f"the values of {self.name} must be within 0 .. {COUNT_MAX} in rising order, "
+        limits = (SIGNED[0], SIGNED[-1]) if self.signed else (0, COUNT_MAX)
+        if not limits[0] <= self.minimum <= self.maximum <= limits[1]:
+            raise ValueError(f"the values of {self.name} must be within {limits[0]} .. {limits[1]} in rising order, "
                              f"not {self.minimum} .. {self.maximum}")
         least = self.minimum if self.kind is Kind.SETTING else 0
         if not least <= self.reset <= self.maximum:
             raise ValueError(f"the reset value of {self.name} must be from {least} to {self.maximum}, not {self.reset!r}")
 
     @property
+    def signed(self) -> bool:
+        """Whether values may be negative."""
+        return self.minimum < 0
+
+    @property
     def width(self) -> int:
-        """Bits."""
-        return max(1, self.maximum.bit_length())
+        """Bits, with the sign's."""
+        return max(1, self.maximum.bit_length(), (~self.minimum).bit_length() if self.signed else 0) + self.signed
+
+    def encode(self, value: int) -> int:
+        """The 16 bits of a value on the line."""
+        return value & COUNT_MAX
+
+    def decode(self, bits: int) -> int:
+        """The value of 16 bits of the line."""
+        return bits - (COUNT_MAX + 1) if self.signed and bits > SIGNED[-1] else bits
 
     @property
     def writable(self) -> bool:
@@ -227,6 +244,7 @@ def register_map(config: MatcherConfig | None = None, height: int = 576) -> Regi
         constant("disparities", 0x02, labels, "labels built in", "labels"),
         constant("width", 0x03, config.max_width, "longest line", "pixels"),
         constant("height", 0x04, height, "lines of a picture", "lines"),
+        constant("lead", 0x06, config.lead, "columns by which the right picture is ahead: minimum may be as low as minus these", "columns"),
         constant("method", 0x05, methods.index(config.method.name), "method built in", words=dict(enumerate(methods))),
         *_settings(config),
         setting("show", 0x14, 0, {0: "disparity", 1: "left", 2: "both"}, "which picture the monitor shows"),
@@ -276,11 +294,11 @@ def answer(registers: RegisterMap, values: Mapping[str, int], frame: bytes) -> t
     elif register is None:
         status = Status.UNKNOWN_ADDRESS
     elif request.operation == Operation.READ:
-        value = values.get(register.name, register.reset)
+        value = register.encode(values.get(register.name, register.reset))
     elif not register.writable:
         status = Status.READ_ONLY
-    elif not register.minimum <= value <= register.maximum:
+    elif not register.minimum <= register.decode(value) <= register.maximum:
         status = Status.OUT_OF_RANGE
     else:
-        written = {register.name: value}
+        written = {register.name: register.decode(value)}
     return Reply(status, request.address, value if status is Status.OK else 0), written

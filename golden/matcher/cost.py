@@ -6,36 +6,46 @@ from numpy.lib.stride_tricks import sliding_window_view
 from ..config import Arithmetic, MatcherConfig
 
 
-__all__ = ["cost_energy", "delayed", "edata", "local_disparity", "matching_cost", "outside", "sub_pixel_buffers", "sub_pixels"]
+__all__ = ["aligned", "cost_energy", "edata", "local_disparity", "matching_cost", "outside", "sub_pixel_buffers", "sub_pixels"]
 
 
-def delayed(right, minimum):
-    """The right picture shifted to the right by the least disparity, so that label 0 is at the same ``x``; the first pixel is replicated.
+def aligned(left, right, minimum, lead=None):
+    """Both pictures with label 0 of a pixel at the same ``x``: the right one shifted to the right by the least disparity.
 
-    The last ``minimum`` columns are lost: no pixel of the left picture matches them.
+    Below 0 it would lose its first columns, which greater labels need. So both pictures are wider by ``lead`` columns: the left one is
+    shifted to the right by them, the right one continued. Edges are replicated; the last ``minimum`` columns of the right picture, which
+    no pixel matches, are lost if ``minimum`` is above 0.
 
     Parameters
     ----------
-    right : (H, W) ndarray
+    left, right : (H, W) ndarray
         Grey levels.
     minimum : int
         Pixels.
+    lead : int
+        Columns, at least ``-minimum``; the least number by default.
 
     Returns
     -------
-    (H, W) ndarray
+    left, right : (H, W + lead) ndarray
 
     Examples
     --------
-    >>> delayed(np.array([[5, 6, 7, 8]]), 2).tolist()
-    [[5, 5, 5, 6]]
+    >>> [side.tolist() for side in aligned(np.array([[1, 2, 3, 4]]), np.array([[5, 6, 7, 8]]), 2)]
+    [[[1, 2, 3, 4]], [[5, 5, 5, 6]]]
+    >>> [side.tolist() for side in aligned(np.array([[1, 2, 3, 4]]), np.array([[5, 6, 7, 8]]), -2)]
+    [[[1, 1, 1, 2, 3, 4]], [[5, 6, 7, 8, 8, 8]]]
     """
-    right = np.asarray(right)
-    return right[:, np.maximum(np.arange(right.shape[1]) - minimum, 0)]
+    left, right = np.asarray(left), np.asarray(right)
+    lead = max(-minimum, 0) if lead is None else lead
+    column = np.arange(right.shape[1] + lead) - lead
+    return left[:, np.maximum(column, 0)], right[:, np.clip(column - minimum, 0, right.shape[1] - 1)]
 
 
 def outside(width, config: MatcherConfig):
     """Which candidates have their right pixel outside the picture, those of a disparity greater than ``x``, or are not in use.
+
+    Beyond its right edge, which negative disparities reach, the right picture is continued by replication: such candidates are inside.
 
     Returns
     -------
@@ -153,12 +163,12 @@ def matching_cost(left, right, config: MatcherConfig):
     """
     height, width = np.shape(left)
     labels = config.labels
-    left_parts, right_parts = sub_pixels(left, config), sub_pixels(delayed(right, config.minimum), config)
+    left_parts, right_parts = (sub_pixels(side, config) for side in aligned(left, right, config.minimum))
     beyond = outside(width, config)
     cost = np.empty((height, width, labels), dtype=left_parts[0].dtype)
     for y in range(height):
         windows = [sub_pixel_buffers(part[y], labels) for part in right_parts]
-        cost[y] = edata(cost_energy([part[y, :, None] for part in left_parts], windows))
+        cost[y] = edata(cost_energy([part[y, :, None] for part in left_parts], windows))[config.lead:]
         cost[y][beyond] = config.method.matching_cost.outside
     return cost
 

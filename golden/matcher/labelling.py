@@ -3,7 +3,7 @@
 import numpy as np
 
 from ..config import Arithmetic, MatcherConfig, OnePass
-from .cost import delayed, local_disparity, matching_cost
+from .cost import local_disparity, matching_cost
 from .smooth import slope, smooth
 
 
@@ -202,13 +202,14 @@ def labelling_plain(cost, local, left, config: MatcherConfig):
 def match_plain(left, right, config: MatcherConfig):
     """:func:`match`, pixel by pixel, straight from the equations: for reading, and to test the fast version against."""
     height, width = np.shape(left)
-    left, right = (np.asarray(side).astype(int).tolist() for side in (left, delayed(right, config.minimum)))
+    left, right = (np.asarray(side).astype(int).tolist() for side in (left, right))
 
-    def pixel(picture, x, y):
-        return picture[min(max(y, 0), height - 1)][min(max(x, 0), width - 1)]
+    def pixel(picture, x, y, shift):
+        # No column beyond the left picture's last one is ever compared.
+        return picture[min(max(y, 0), height - 1)][min(max(min(x, width - 1) - shift, 0), width - 1)]
 
-    def sub_pixel(picture, x, y, dx, dy):
-        total = pixel(picture, x, y) + pixel(picture, x + dx, y + dy)
+    def sub_pixel(picture, x, y, dx, dy, shift):
+        total = pixel(picture, x, y, shift) + pixel(picture, x + dx, y + dy, shift)
         match config.method.arithmetic:
             case Arithmetic.FLOAT:
                 return total * 0.5
@@ -221,7 +222,7 @@ def match_plain(left, right, config: MatcherConfig):
         if d + config.minimum > x or d >= config.labels_in_use:
             return config.method.matching_cost.outside
         return sum(
-            abs(sub_pixel(left, x, y, dx, dy) - sub_pixel(right, x - d, y, dx, dy))
+            abs(sub_pixel(left, x, y, dx, dy, 0) - sub_pixel(right, x - d, y, dx, dy, config.minimum))
             for dx, dy in ((0, 0), (0, -1), (0, 1), (-1, 0), (1, 0))
         )
 

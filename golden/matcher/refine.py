@@ -12,7 +12,8 @@ __all__ = ["check", "check_plain", "fill", "fill_plain", "median", "median_plain
 def right_view(cost, config: MatcherConfig):
     """Labels of the right picture: ``r(x_r)`` is the ``d`` of least ``V(x_r + minimum + d, y, d)`` over the columns that exist.
 
-    The smaller label on a tie; 0 where no column exists.
+    The smaller label on a tie; 0 where no column exists. With a negative least disparity the right picture is wider by ``config.lead``
+    columns, as :func:`golden.matcher.cost.aligned` continues it.
 
     Parameters
     ----------
@@ -21,7 +22,7 @@ def right_view(cost, config: MatcherConfig):
 
     Returns
     -------
-    (H, W) int32 ndarray
+    (H, W + lead) int32 ndarray
         Labels ``0 .. D-1``.
 
     Examples
@@ -30,12 +31,15 @@ def right_view(cost, config: MatcherConfig):
     [[1, 0, 0]]
     """
     height, width, labels = cost.shape
-    result = np.empty((height, width), dtype=np.int32)
-    # Columns that do not exist have the greatest labels of their diagonal, so they never win a tie.
-    line = np.full((width + config.minimum + labels, labels), 255, dtype=np.uint8)
-    diagonals = as_strided(line[config.minimum:], (width, labels), (line.strides[0], line.strides[0] + line.strides[1]), writeable=False)
+    lead, columns = config.lead, width + config.lead
+    result = np.empty((height, columns), dtype=np.int32)
+    # Columns that do not exist never win: those to the right have the greatest labels of their diagonal, so they lose a tie at 255; those
+    # to the left would not, and so need a greater number than any cost.
+    line = np.full((columns + max(config.minimum, 0) + labels, labels), *((256, np.int16) if lead else (255, np.uint8)))
+    diagonals = as_strided(
+        line[max(config.minimum, 0):], (columns, labels), (line.strides[0], line.strides[0] + line.strides[1]), writeable=False)
     for y in range(height):
-        line[:width] = cost[y]
+        line[lead:columns] = cost[y]
         result[y] = np.argmin(diagonals, axis=-1)
     return result
 
@@ -47,7 +51,7 @@ def check(labels, right, config: MatcherConfig):
     ----------
     labels : (H, W) integer ndarray
         Of the left picture.
-    right : (H, W) integer ndarray
+    right : (H, W + lead) integer ndarray
         Of the right picture, of :func:`right_view`.
 
     Returns
@@ -114,12 +118,12 @@ def median(labels, size):
 def right_view_plain(cost, config: MatcherConfig):
     """:func:`right_view`, pixel by pixel: for reading, and to test the fast version against."""
     height, width, labels = cost.shape
-    result = np.zeros((height, width), dtype=np.int32)
+    result = np.zeros((height, width + config.lead), dtype=np.int32)
     for y in range(height):
-        for x in range(width):
-            candidates = [int(cost[y, x + config.minimum + d, d]) for d in range(labels) if x + config.minimum + d < width]
+        for x in range(width + config.lead):
+            candidates = [(int(cost[y, x + config.minimum + d, d]), d) for d in range(labels) if 0 <= x + config.minimum + d < width]
             if candidates:
-                result[y, x] = candidates.index(min(candidates))
+                result[y, x] = min(candidates)[1]
     return result
 
 

@@ -4,7 +4,7 @@ import numpy as np
 
 from ..config import FUSED_1, Arms, Fused, FusedCost, MatcherConfig
 from .census import census, hamming
-from .cost import delayed, matching_cost, outside, sub_pixel_buffers
+from .cost import aligned, matching_cost, outside, sub_pixel_buffers
 
 
 __all__ = ["arms", "arms_plain", "fuse", "fused_cost", "support_sizes", "support_sums", "support_sums_plain"]
@@ -55,12 +55,12 @@ def fused_cost(left, right, config: MatcherConfig):
     """
     cost = config.method_as(Fused).cost
     energy = matching_cost(left, right, config)
-    left_bits, right_bits = census(left, cost), census(delayed(right, config.minimum), cost)
+    left_bits, right_bits = (census(side, cost) for side in aligned(left, right, config.minimum))
     beyond = outside(energy.shape[1], config)
     result = np.empty(energy.shape, dtype=np.uint8)
     for y in range(len(energy)):
         distance = hamming(left_bits[y, :, None], sub_pixel_buffers(right_bits[y], config.labels))
-        result[y] = fuse(energy[y], distance, cost)
+        result[y] = fuse(energy[y], distance[config.lead:], cost)
         result[y][beyond] = cost.cost_outside
     return result
 

@@ -101,8 +101,8 @@ class Chip:
         if version != VERSION:
             raise UserError(f"the chip has version {version} of the register map, this console version {VERSION}; "
                             "use the console that came with the chip's build")
-        disparities, method = self.read("disparities"), self.read("method")
-        methods = [MatcherConfig(disparities, method=kind()) for kind in METHODS.values()]
+        disparities, lead, method = (self.read(name) for name in ("disparities", "lead", "method"))
+        methods = [MatcherConfig(disparities, minimum=-lead, method=kind()) for kind in METHODS.values()]
         if method >= len(methods):
             raise UserError(f"the chip has the method {method}, this console knows those from 0 to {len(methods) - 1}; "
                             "use the console that came with the chip's build")
@@ -117,11 +117,12 @@ class Chip:
         self._value(name, Operation.WRITE, value)
 
     def _value(self, name: str, operation: Operation, value: int) -> int:
-        reply = self.transact(Request(operation, self.registers[name].address, value))
+        register = self.registers[name]
+        reply = self.transact(Request(operation, register.address, register.encode(value)))
         if reply.status is not Status.OK:
             raise UserError(f"the chip refuses to {operation.name.lower()} {name}: {reply.status.name.lower().replace('_', ' ')}; "
                             "use the console that came with the chip's build")
-        return reply.value
+        return register.decode(reply.value)
 
     def transact(self, request: Request) -> Reply:
         """The chip's reply; :class:`UserError` if there is none, or only garbled ones."""
@@ -181,7 +182,7 @@ def _assignment(registers: RegisterMap, text: str) -> tuple[Register, int]:
     try:
         value = named[what] if what in named else int(what, 0)
     except ValueError:
-        value = -1
+        value = register.maximum + 1
     if not register.minimum <= value <= register.maximum:
         unit = f" {register.unit}" if register.unit else ""
         raise UserError(f"{name} cannot be set to {what!r}; choose one of: {register.limits}{unit}")

@@ -22,7 +22,7 @@ _CLEAR = "clear_counters"
 class SettingLayout(data.StructLayout):
     """Each setting under its name."""
     def __init__(self, registers: RegisterMap):
-        super().__init__({register.name: register.width for register in registers.of(Kind.SETTING)})
+        super().__init__({register.name: Shape(register.width, register.signed) for register in registers.of(Kind.SETTING)})
 
 
 class ActionLayout(data.StructLayout):
@@ -137,8 +137,9 @@ class RegisterFile(wiring.Component):
                 with m.Case(register.address):
                     m.d.sync += [known.eq(1), found.eq(self._value(register))]
                     if register.writable:
-                        above = value >= register.minimum if register.minimum else 1
-                        m.d.sync += [writable.eq(1), in_range.eq(above & (value <= register.maximum))]
+                        number = value.as_signed() if register.signed else value
+                        above = number >= register.minimum if register.minimum else 1
+                        m.d.sync += [writable.eq(1), in_range.eq(above & (number <= register.maximum))]
                     if register.kind is Kind.SETTING:
                         with m.If(write):
                             m.d.sync += self.settings[register.name].eq(value)

@@ -83,7 +83,7 @@ class LineStore(wiring.Component):
 
     def elaborate(self, platform: object) -> Module:
         m = Module()
-        max_width = self.config.max_width
+        max_width = self.config.line_width
         reach = self.rows // 2
 
         # Plus Line FIFO.

@@ -77,8 +77,10 @@ class Matcher(wiring.Component):
     @property
     def line_clocks(self) -> int:
         """Cycles that a line takes beyond its pixels at one pixel a cycle, whichever part takes the most."""
-        in_front = _LINE_STORE_CLOCKS + sum(stage.line_clocks for stage in self.parts.columns)
-        return max([_ENGINE_CLOCKS, in_front, *(stage.line_clocks for stage in self.parts.labels)])
+        parts = self.parts
+        in_front = _LINE_STORE_CLOCKS + sum(stage.line_clocks for stage in parts.columns)
+        lengthened = sum(stage.line_clocks for stage in parts.pixels)
+        return max([lengthened + max(_ENGINE_CLOCKS, in_front), *(stage.line_clocks for stage in parts.labels)])
 
     def frame_clocks(self, width: int, height: int) -> int:
         """Cycles from one frame's first disparity to the next one's, if neither ``i`` nor ``o`` stalls.

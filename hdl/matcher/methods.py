@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from golden.config import Engine, Fused, MatcherConfig, OnePass
 
 from .census import CensusStage
+from .lead import Lead
 from .refine.fill import Fill
 from .refine.median import Median
 from .sequential.bec import Bec
@@ -66,7 +67,8 @@ def compose(config: MatcherConfig) -> Composition:
     parts = METHODS[type(config.method)]
     if config.minimum and "minimum" not in config.settings:
         raise ValueError(f"the method {config.method.name} has gateware for the least disparity 0 only, not {config.minimum}")
-    pixels, labels = (tuple(stage(config) for stage in stages) for stages in (parts.pixels, parts.labels))
+    in_front: tuple[type[Stage], ...] = (Lead, *parts.pixels) if config.lead else parts.pixels
+    pixels, labels = (tuple(stage(config) for stage in stages) for stages in (in_front, parts.labels))
     if config.engine is Engine.STREAMING:
         engine = StreamingEngine(config, parts.costs, parts.label_output, registered=bool(parts.labels))
         return Composition(pixels, tuple(stage(config) for stage in parts.columns), engine, labels)

@@ -10,6 +10,7 @@ from amaranth.lib import data, wiring
 
 from golden.config import MatcherConfig
 
+from .settings import setting_shape
 from .stream import FLAGS
 
 
@@ -30,7 +31,8 @@ class Stage(wiring.Component):
     lines : int
         Scanlines from a word to its result.
     line_clocks : int
-        Cycles that a line takes beyond its pixels; of stages on columns those that it adds to the line store's.
+        Cycles that a line takes beyond its pixels; of stages on columns those that it adds to the line store's, of stages on pixels the
+        columns that it adds to a line.
     frame_lines : int
         Lines that a frame takes beyond its height.
     rows : int
@@ -110,8 +112,8 @@ class CostArray(wiring.Component):
 class Selected(data.StructLayout):
     """A label selected, with its pixel's column, the settings of its frame, and the flags."""
     def __init__(self, config: MatcherConfig, settings: tuple[str, ...]):
-        bits = {name: config.settings[name].bits for name in settings}
-        super().__init__({"valid": 1, "x": range(config.max_width), "label": range(config.labels), **bits, **FLAGS})
+        shapes = {name: setting_shape(config.settings[name]) for name in settings}
+        super().__init__({"valid": 1, "x": range(config.max_width), "label": range(config.labels), **shapes, **FLAGS})
 
 
 class LabelOutput(wiring.Component):

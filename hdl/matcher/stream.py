@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from amaranth.hdl import ShapeLike
+from amaranth.hdl import ShapeLike, signed
 from amaranth.lib import data
 
 from golden.config import PIXEL_BITS, Fused, MatcherConfig
@@ -83,9 +83,15 @@ class LabelWord(data.StructLayout):
 
 
 class DisparityWord(data.StructLayout):
-    """The fields of :attr:`golden.config.MatcherConfig.result_fields`; ``disparity`` in units of ``1 / disparity_scale`` pixel."""
+    """The fields of :attr:`golden.config.MatcherConfig.result_fields`; ``disparity`` in units of ``1 / disparity_scale`` pixel.
+
+    ``disparity`` is signed in gateware that was built with a negative least disparity.
+    """
     def __init__(self, config: MatcherConfig):
-        super().__init__({**config.result_fields, **FLAGS})
+        shapes: dict[str, ShapeLike] = {**config.result_fields}
+        if config.lead:
+            shapes["disparity"] = signed(config.result_fields["disparity"])
+        super().__init__({**shapes, **FLAGS})
 
 
 class Least(data.StructLayout):

@@ -4,8 +4,9 @@ from amaranth import *
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
-from golden.config import MINIMUM_BITS, MatcherConfig
+from golden.config import MatcherConfig
 
+from ..matcher.settings import minimum_shape
 from ..matcher.stream import DisparityWord
 
 
@@ -22,7 +23,7 @@ class ShownLabel(wiring.Component):
 
     Members
     -------
-    minimum : In(MINIMUM_BITS)
+    minimum : In(minimum_shape(config))
         Least disparity of the pair that starts; only if it is a setting of the configuration's method.
     start : In(1)
         A pair starts.
@@ -34,7 +35,7 @@ class ShownLabel(wiring.Component):
         self.config = config
         self.is_set = "minimum" in config.settings
         super().__init__({
-            **({"minimum": In(MINIMUM_BITS)} if self.is_set else {}),
+            **({"minimum": In(minimum_shape(config))} if self.is_set else {}),
             "start": In(1), "i": In(DisparityWord(config)), "step": In(1), "label": Out(range(config.labels)),
         })
 
@@ -42,11 +43,13 @@ class ShownLabel(wiring.Component):
         m = Module()
         minimum: Value = Const(self.config.minimum)
         if self.is_set:
-            started, shown = (Signal(MINIMUM_BITS, name=f"minimum_{name}", init=self.config.minimum) for name in ("started", "shown"))
+            started, shown = (Signal(minimum_shape(self.config), name=f"minimum_{name}", init=self.config.minimum)
+                              for name in ("started", "shown"))
             minimum = Mux(self.i.first, started, shown)
             with m.If(self.start):
                 m.d.sync += started.eq(self.minimum)
             with m.If(self.step):
                 m.d.sync += shown.eq(minimum)
-        m.d.comb += self.label.eq(self.i.disparity // self.config.method.disparity_scale - minimum)
+        fraction_bits = self.config.method.disparity_scale.bit_length() - 1  # the scale is a power of two
+        m.d.comb += self.label.eq((self.i.disparity >> fraction_bits) - minimum)
         return m

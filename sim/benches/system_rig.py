@@ -152,14 +152,15 @@ class Rig:
     async def ask(self, operation: Operation, name: str, value: int = 0) -> int:
         """Send a request; the value of the reply, whose status must be OK."""
         self.host.received.clear()
-        self.host.send(encode_request(Request(operation, self.registers[name].address, value)))
+        register = self.registers[name]
+        self.host.send(encode_request(Request(operation, register.address, register.encode(value))))
         for _ in range(400 * UART_CYCLES):
             await self.exchange()
             if (reply := first_reply(bytes(self.host.received))) and self.host.idle:
-                assert (reply.status, reply.address) == (Status.OK, self.registers[name].address), f"{name}: {reply}"
+                assert (reply.status, reply.address) == (Status.OK, register.address), f"{name}: {reply}"
                 for _ in range(UART_CYCLES):
                     await self.exchange()
-                return reply.value
+                return register.decode(reply.value)
         raise TimeoutError(f"no reply to a request for {name}")
 
     async def read(self, name: str) -> int:

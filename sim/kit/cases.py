@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from golden.config import Fused, MatcherConfig
 from golden.matcher.census import census
 from golden.matcher.confidence import confidence
-from golden.matcher.cost import cost_energy, delayed, local_disparity, matching_cost, sub_pixel_buffers, sub_pixels
+from golden.matcher.cost import aligned, cost_energy, local_disparity, matching_cost, sub_pixel_buffers, sub_pixels
 from golden.matcher.fused import match as match_fused
 from golden.matcher.fused import stages
 from golden.matcher.lines import line_store
@@ -75,7 +75,7 @@ def census_words(left: NDArray[Any], right: NDArray[Any], config: MatcherConfig)
 def engine_words(left: NDArray[Any], right: NDArray[Any], config: MatcherConfig) -> list[Payload]:
     """Payloads of the streaming engine's input, method ``Fused``: :class:`hdl.matcher.stream.CensusWord`, with the padding lines below the
     picture."""
-    right = delayed(right, config.minimum)
+    left, right = aligned(left, right, config.minimum, config.lead)
     height, width = np.shape(left)
     words = [{**word, "end": 0} for word in census_words(left, right, config)]
     lines = 2 if config.method_as(Fused).vertical else 1

@@ -224,7 +224,7 @@ def simulate(config: MatcherConfig, lefts: Sequence[NDArray[np.uint8]], rights: 
     numbers = {"stall_i": min(round(256 * stall_i), 255), "stall_o": min(round(256 * stall_o), 255), "seed": seed, "timeout": timeout}
     if settings is not None:
         values = {**config.defaults, **settings}
-        plusargs.append(f"+settings={sum(int(values[name]) << low for name, (low, _) in ports.items()):x}")
+        plusargs.append(f"+settings={sum((int(values[name]) & (1 << bits) - 1) << low for name, (low, bits) in ports.items()):x}")
     plusargs += [f"+{name}={value}" for name, value in numbers.items()]
     waves_file = work / f"matcher.{'fst' if simulator == 'icarus' else 'vcd'}" if waves else None
 
@@ -243,6 +243,9 @@ def simulate(config: MatcherConfig, lefts: Sequence[NDArray[np.uint8]], rights: 
             raise SimulationError(f"the harness wrote a bad text picture: {error}") from error
         raise
     frame_fields = [{name: (word >> low & (1 << width) - 1).astype(np.int32) for name, (low, width) in fields.items()} for word in words]
+    if config.lead:
+        for frame in frame_fields:  # the disparity has a sign
+            frame["disparity"] -= (frame["disparity"] >> fields["disparity"][1] - 1) << fields["disparity"][1]
     return Result(frame_fields, frames, report, seconds, build_seconds, waves_file)
 
 

@@ -7,12 +7,13 @@ from amaranth.hdl import Mux
 from amaranth.lib import data, stream, wiring
 from amaranth.lib.wiring import In, Out
 
-from golden.config import MINIMUM_BITS, Fused, MatcherConfig
+from golden.config import Fused, MatcherConfig
 from golden.matcher.confidence import WINDOW
 
 from ...parts.delay import Delay, StreamRegister
 from ...parts.queue import Queue
 from ...parts.sorting_network import Selection, merge, select, sort
+from ..settings import minimum_shape
 from ..stage import Stage
 from ..stream import DisparityWord, LabelWord, copy_flags
 from .confidence import Confidence
@@ -149,7 +150,7 @@ class Median(Stage):
     o : Out(stream.Signature(DisparityWord(config)))
     enable : In(1)
         Off: labels are unchanged, at the same latency.
-    minimum : In(8)
+    minimum : In(minimum_shape(config))
         Disparity of the label 0, pixels. Both are sampled as the word marked ``first`` is accepted.
     """
     name = "median"
@@ -166,7 +167,7 @@ class Median(Stage):
             "i": In(stream.Signature(LabelWord(config))),
             "o": Out(stream.Signature(DisparityWord(config))),
             "enable": In(1),
-            "minimum": In(MINIMUM_BITS),
+            "minimum": In(minimum_shape(config)),
         })
 
     @property

@@ -6,10 +6,11 @@ from amaranth.lib import data, stream, wiring
 from amaranth.lib.memory import Memory
 from amaranth.lib.wiring import In, Out
 
-from golden.config import MINIMUM_BITS, MatcherConfig
+from golden.config import MatcherConfig
 from golden.matcher.confidence import WINDOW
 
 from ...parts.delay import data_register
+from ..settings import minimum_shape
 from ..stream import FLAGS, LabelWord
 from .confidence import VoteColumn
 
@@ -26,7 +27,8 @@ class SlotWord(data.StructLayout):
     ``opens``: first column of its line. ``enable`` and ``minimum`` are those of the frame.
     """
     def __init__(self, config: MatcherConfig):
-        super().__init__({"column": VoteColumn(config), "opens": 1, "shown": 1, "enable": 1, "minimum": MINIMUM_BITS, **FLAGS})
+        super().__init__({"column": VoteColumn(config), "opens": 1, "shown": 1, "enable": 1,
+                          "minimum": minimum_shape(config), **FLAGS})
 
 
 class LabelColumns(wiring.Component):
@@ -47,7 +49,7 @@ class LabelColumns(wiring.Component):
     Members
     -------
     i : In(stream.Signature(LabelWord(config)))
-    enable : In(1), minimum : In(8)
+    enable : In(1), minimum : In(minimum_shape(config))
         Sampled as the word marked ``first`` is accepted.
     go : In(1)
         A column may be issued.
@@ -62,7 +64,7 @@ class LabelColumns(wiring.Component):
         super().__init__({
             "i": In(stream.Signature(LabelWord(config))),
             "enable": In(1),
-            "minimum": In(MINIMUM_BITS),
+            "minimum": In(minimum_shape(config)),
             "go": In(1),
             "issued": Out(1),
             "o": Out(SlotWord(config)),
@@ -88,7 +90,7 @@ class LabelColumns(wiring.Component):
         closes  = Signal()                    # the line ends
         shown   = Signal()
         enable  = Signal(reset_less=True)
-        minimum = Signal(MINIMUM_BITS, reset_less=True)
+        minimum = Signal(minimum_shape(config), reset_less=True)
         ends    = past == REACH + 1           # the frame ends with this line
         with m.FSM():
             with m.State("line"):

@@ -11,6 +11,7 @@ from ...parts.arithmetic import choose
 from ...parts.delay import Delay, StreamRegister
 from ...parts.queue import Queue
 from ..lines import LineStore
+from ..settings import setting_shape
 from ..stage import CostArray, LabelOutput, Selected
 from ..stream import copy_flags
 from .cones import Cones, Neighbours
@@ -80,19 +81,21 @@ class StreamingEngine(wiring.Component):
         self.array = LabelArray(config)
         # Pixels between the array of costs and the labelling.
         self.costs_latency = costs.latency_of(config) + costs.lag_of(config)
-        self.queue_depth = self.costs_latency + QUEUE_MARGIN
+        # Columns of a lead count as pixels of their line: the right labels that they start are kept as long. A pixel waits for those of two
+        # lines at most, as flush cycles follow a shorter line than its support may need.
+        self.queue_depth = self.costs_latency + QUEUE_MARGIN + 2 * config.lead
         # A cost is overwritten one line, and all that may be queued, after it was stored. Reading is later by the admission's pipeline
         # and by the line memory's skew. One more, so that no word is overwritten in the cycle that reads it.
         self.costs = costs(config, config.max_width + self.queue_depth + self.admission_latency + LabelMemory.skew_of(config) + 1)
         self.output_depth = self.admission_latency + self.array.latency + label_output.latency + OUTPUT_MARGIN
         self.label_output = label_output(
-            config, costs, in_flight=config.max_width + self.queue_depth + self.output_depth + config.labels,
+            config, costs, in_flight=config.line_width + self.queue_depth + self.output_depth + config.lead + config.labels,
             array_latency=self.array.latency, selection_latency=self.selection_latency)
         names = dict.fromkeys((*config.method.weights._fields, "in_use", *costs.settings, *label_output.settings))
         super().__init__({
             "i": In(stream.Signature(costs.columns_of(config))),
             "o": Out(stream.Signature(self.label_output.o.shape())),
-            **{name: In(config.settings[name].bits) for name in names},
+            **{name: In(setting_shape(config.settings[name])) for name in names},
         })
 
     @property
@@ -141,10 +144,11 @@ class StreamingEngine(wiring.Component):
         :attr:`lines_below` take ``line_clocks``. Exact where a line is labelled at full rate. A narrower one waits for the disparities
         above it, and may need flush cycles: then an upper bound.
         """
-        if width >= max(self.full_rate_width, self.config.labels):
-            return (height + lines_above + self.lines_below) * (width + line_clocks) - lines_above * (line_clocks - 1) - (line_clocks - 2)
+        if width >= max(self.full_rate_width, self.source.flushed_width):
+            filling, beyond = 1 + self.config.lead, line_clocks - self.config.lead
+            return (height + lines_above + self.lines_below) * (width + line_clocks) - lines_above * (line_clocks - filling) - (beyond - 2)
         flush = self.source.flush_waves
-        line = width + line_clocks + (flush if width < self.config.labels else 0)
+        line = width + line_clocks + (flush if width < self.source.flushed_width else 0)
         return (lines_above + 1 + self.lines_below) * line + flush + (height - 1) * max(line, self.round_trip + 4)
 
     def elaborate(self, platform: object) -> Module:
@@ -158,6 +162,8 @@ class StreamingEngine(wiring.Component):
         m.d.comb += [source.in_use.eq(self.in_use), costs.i.eq(source.o)]
         m.d.comb += [getattr(source, name).eq(getattr(self, name)) for name in costs.settings]
 
+        x = Signal(range(config.max_width))  # of the pixel that is admitted next
+
         # Queue.
         m.submodules.queue = queue = Queue(Queued(config), self.queue_depth + 2)
         m.submodules.head = head_register = StreamRegister(Queued(config))
@@ -166,12 +172,14 @@ class StreamingEngine(wiring.Component):
         admit = Signal()
         m.d.comb += [queue.i.payload.eq(costs.queued), queue.i.valid.eq(costs.queued_valid), head_register.o.ready.eq(admit)]
         in_flight = Signal(range(self.queue_depth + 2))  # pixels between source and admission
-        m.d.sync += in_flight.eq(in_flight + source.o.pixel_valid - admit)
+        issued, admitted_columns = source.o.pixel_valid, admit
+        if config.lead:
+            issued, admitted_columns = issued + source.lead_issued, Mux(admit & (x == 0), config.lead + 1, admit)
+        m.d.sync += in_flight.eq(in_flight + issued - admitted_columns)
         # Registered: a wave that is issued in this cycle is in flight when the next one is decided.
-        m.d.sync += source.go.eq(in_flight + source.o.pixel_valid < self.queue_depth - 2)
+        m.d.sync += source.go.eq(in_flight + issued < self.queue_depth - 2)
 
         # Admission.
-        x        = Signal(range(config.max_width))
         width    = Signal(range(config.max_width))  # less one; of this frame, known from its first line on
         inside   = Signal(range(self.output_depth + 1))  # admitted, disparity not yet in the line memory
         unread   = Signal(range(self.output_depth + 1))  # admitted, disparity not yet read from the output FIFO
@@ -252,7 +260,8 @@ class StreamingEngine(wiring.Component):
         m.d.comb += [turn_delay.i.valid.eq(admit), turn_delay.i.x.eq(x), *copy_flags(turn_delay.i, head.pixel)]
         if label_output.settings:
             # Those of the frame, from its first pixel on.
-            held = Signal(data.StructLayout({name: config.settings[name].bits for name in label_output.settings}), reset_less=True)
+            shapes = {name: setting_shape(config.settings[name]) for name in label_output.settings}
+            held = Signal(data.StructLayout(shapes), reset_less=True)
             with m.If(head.pixel.first):
                 m.d.comb += [turn_delay.i[name].eq(getattr(self, name)) for name in label_output.settings]
             with m.Else():

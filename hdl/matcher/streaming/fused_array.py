@@ -347,7 +347,8 @@ class FusedArray(CostArray):
 
         # The label of a right pixel is final once it has passed the top label: `right` as the next pixel advances.
         completed = Signal()
-        m.d.sync += completed.eq(group.sums_i.completion.complete)
+        completion = group.sums_i.completion
+        m.d.sync += completed.eq(completion.complete | completion.leads if config.lead else completion.complete)
         m.d.comb += [self.sideband.right.eq(right.least.index), self.sideband.right_valid.eq(completed & right.in_picture)]
 
         waiting = data.StructLayout({"pixel": Pixel(), "valid": 1})

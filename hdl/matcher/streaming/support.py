@@ -153,7 +153,7 @@ def _ones(reached: Value) -> Value:
 class SumWave(data.StructLayout):
     """A :class:`Completion` in step with its pixel's costs, and the address of the running sums."""
     def __init__(self, config: MatcherConfig):
-        super().__init__({"completion": Completion(), "place": range(SupportSource.ring_of(config))})
+        super().__init__({"completion": Completion(config), "place": range(SupportSource.ring_of(config))})
 
 
 class Ends(data.StructLayout):
@@ -181,7 +181,7 @@ class SupportSource(wiring.Component):
 
     Members
     -------
-    completion : In(Completion())
+    completion : In(Completion(config))
     pixel : In(Pixel()), pixel_valid : In(1)
         Of :class:`hdl.matcher.streaming.waves.WaveSource`; ``pixel.lower`` is the pixel completed.
     sums : Out(SumWave(config))
@@ -192,7 +192,7 @@ class SupportSource(wiring.Component):
         self.config = config
         self.latency = latency
         super().__init__({
-            "completion": In(Completion()),
+            "completion": In(Completion(config)),
             "pixel": In(Pixel()),
             "pixel_valid": In(1),
             "sums": Out(SumWave(config)),

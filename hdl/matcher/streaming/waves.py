@@ -4,9 +4,10 @@ from amaranth import *
 from amaranth.lib import data, stream, wiring
 from amaranth.lib.wiring import In, Out
 
-from golden.config import IN_USE_BITS, MINIMUM_BITS, PIXEL_BITS, MatcherConfig
+from golden.config import IN_USE_BITS, PIXEL_BITS, MatcherConfig
 
 from ...parts.delay import data_register
+from ..settings import minimum_shape
 from ..stage import CostArray
 from ..stream import FLAGS, Column
 
@@ -38,9 +39,13 @@ class Completion(data.StructLayout):
 
     ``clear``: a line begins, its sums start from 0. ``complete``: it completes a pixel, or is a flush cycle, which only advances
     pixels in flight. ``starts_line``: that pixel is the first of its line, or padding. ``in_picture``: it is no padding.
+
+    With a lead only: ``leads``: it completes a column in front of its line, which has no pixel, but a pixel of the right picture.
+    ``closes``: no more candidates of the line before follow.
     """
-    def __init__(self):
-        super().__init__({"clear": 1, "complete": 1, "starts_line": 1, "in_picture": 1})
+    def __init__(self, config: MatcherConfig):
+        lead = {"leads": 1, "closes": 1} if config.lead else {}
+        super().__init__({"clear": 1, "complete": 1, "starts_line": 1, "in_picture": 1, **lead})
 
 
 class VerticalWave(data.StructLayout):
@@ -61,7 +66,7 @@ class Issue(data.StructLayout):
     """
     def __init__(self, config: MatcherConfig, costs: type[CostArray]):
         joined = {} if costs.join_threshold_of(config) is None else {"vertical": VerticalWave(config)}
-        super().__init__({"wave": Wave(config, costs.columns_of(config)), "completion": Completion(), "store": 1, "pixel": Pixel(),
+        super().__init__({"wave": Wave(config, costs.columns_of(config)), "completion": Completion(config), "store": 1, "pixel": Pixel(),
                           "pixel_valid": 1, **joined})
 
 
@@ -74,10 +79,12 @@ class WaveSource(wiring.Component):
     An array may need pixels to the right of the one completed. Those of the next line serve as padding; where no line follows, or a line
     is too short, :attr:`flush_waves` flush cycles follow instead.
 
+    With a lead the first columns of a line have no left pixel: their waves complete nothing but pixels of the right picture.
+
     Where costs of neighbouring lines are joined, all this is a line later: a wave completes the pixel above its column, and the one above
     that can be labelled.
 
-    Timing: ``W + 2`` waves a line, one a cycle while ``go`` and ``i.valid``; ``o`` a cycle after the column was accepted.
+    Timing: ``W + 2`` waves a line of ``W`` columns, one a cycle while ``go`` and ``i.valid``; ``o`` a cycle after the column was accepted.
 
     Members
     -------
@@ -85,9 +92,11 @@ class WaveSource(wiring.Component):
     go : In(1)
     in_use : In(IN_USE_BITS)
         Labels in use; sampled before the first column of a frame.
-    minimum : In(MINIMUM_BITS)
+    minimum : In(minimum_shape(config))
         Least disparity, pixels; if the array lists it among its settings, sampled likewise.
     o : Out(Issue(config, costs))
+    lead_issued : Out(1)
+        With a lead only: ``o`` completes a column of the lead of a line above which one can be labelled.
     """
     def __init__(self, config: MatcherConfig, costs: type[CostArray]):
         self.config = config
@@ -99,9 +108,16 @@ class WaveSource(wiring.Component):
             "i": In(stream.Signature(costs.columns_of(config))),
             "go": In(1),
             "in_use": In(IN_USE_BITS),
-            **({"minimum": In(MINIMUM_BITS)} if self.shifts else {}),
+            **({"minimum": In(minimum_shape(config))} if self.shifts else {}),
+            **({"lead_issued": Out(1)} if config.lead else {}),
             "o": Out(Issue(config, costs)),
         })
+
+    @property
+    def flushed_width(self) -> int:
+        """Lines of fewer pixels are followed by flush cycles: those of the next one are too few for the right picture's labels, and, with a
+        lead, for a support."""
+        return max(self.config.labels, self.flush_waves) if self.config.lead else self.config.labels
 
     @property
     def joins(self) -> bool:
@@ -123,8 +139,10 @@ class WaveSource(wiring.Component):
         now   = Signal.like(self.i.p)
         in_use = data_register(m, self.o.wave.in_use, "wave_in_use")
         m.d.comb += now.eq(self.i.p)
-        least = Signal(MINIMUM_BITS, reset_less=True)
-        flush_follows, flush_ends, reached = self._columns(m, issue, flush, before, least)
+        least = Signal(minimum_shape(self.config), reset_less=True)
+        lead = self.config.lead
+        leads = Signal()  # a column of the lead is completed
+        flush_follows, flush_ends, reached, in_lead = self._columns(m, issue, flush, before, least)
 
         with m.FSM():
             with m.State("before"):
@@ -141,11 +159,14 @@ class WaveSource(wiring.Component):
                     m.next = "first column"
             with m.State("first column"):
                 m.d.comb += [issue.eq(self.i.valid & self.go), self.i.ready.eq(self.go)]
-                with m.If(issue):
-                    m.d.sync += before.eq(now)
+                if lead:
+                    m.d.comb += leads.eq(in_lead != 0)
+                with m.If(issue & (in_lead == lead)):
                     m.next = "columns"
                     with m.If(now.last):
                         m.next = "past"
+                with m.If(issue):
+                    m.d.sync += before.eq(now)
             with m.State("columns"):
                 m.d.comb += [issue.eq(self.i.valid & self.go), self.i.ready.eq(self.go), emit.eq(1)]
                 with m.If(issue):
@@ -173,12 +194,13 @@ class WaveSource(wiring.Component):
         m.d.sync += [data_register(m, o.wave[field], f"wave_{field}").eq(value) for field, value in waves.items()]
 
         # The pixel completed, and the pixel that can be labelled.
-        store = emit & ~beneath
+        stored = ~beneath
         completed, upper = before.left.line, before.left.minus
         if self.joins:
-            store &= ~line[0]
+            stored &= ~line[0]
             completed, upper = before.left.minus, before.above
             self._vertical(m, issue, emit, before, ~line[0] & ~line[1])
+        store = emit & stored
         labels = emit & ~Cat(line[:-1]).any()
         first  = Signal(init=1)  # the next pixel to be labelled is the first of its frame
         pixel  = data_register(m, o.pixel, "pixel")
@@ -194,10 +216,19 @@ class WaveSource(wiring.Component):
         begins = Signal()  # the next pixel to be completed is the first of its line
         with m.If(issue):
             m.d.sync += begins.eq(~emit)
+        in_picture = store
+        of_lead = {}
+        if lead:
+            in_picture = (emit | leads) & stored
+            open_line = Signal()  # pixels of the line before may have further candidates
+            with m.If(issue & (leads | emit | flush)):
+                m.d.sync += open_line.eq((leads | emit) & ~past)
+            of_lead = {"leads": (o.completion.leads, issue & leads), "closes": (o.completion.closes, flush | ~open_line),
+                      "lead_issued": (self.lead_issued, issue & leads & ~Cat(line[:-1]).any())}
         control = {
             "valid": (o.wave.valid, issue), "store": (o.store, issue & store), "pixel_valid": (o.pixel_valid, issue & labels),
             "clear": (o.completion.clear, issue & pre & ~flush), "complete": (o.completion.complete, issue & (emit | flush)),
-            "starts_line": (o.completion.starts_line, flush | begins), "in_picture": (o.completion.in_picture, store),
+            "starts_line": (o.completion.starts_line, flush | begins), "in_picture": (o.completion.in_picture, in_picture), **of_lead,
         }
         for name, (port, value) in control.items():
             register = Signal(name=f"{name}_now")
@@ -224,7 +255,7 @@ class WaveSource(wiring.Component):
         ]
 
     def _columns(self, m, issue, flush, before, least):
-        """Counts columns up to the least disparity and up to ``D``, and flush cycles.
+        """Counts columns up to the least disparity and up to :attr:`flushed_width`, and flush cycles.
 
         Returns
         -------
@@ -232,18 +263,22 @@ class WaveSource(wiring.Component):
             The line needs a flush behind it; the flush ends with this cycle.
         reached : Value
             The column has a right one at label 0.
+        in_lead : Value
+            Columns of this line's lead before this one.
         """
         config = self.config
         if not self.shifts and not self.flush_waves:
-            return Const(0), Const(0), Const(1)
+            return Const(0), Const(0), Const(1), Const(0)
         waves = Signal(range(max(self.flush_waves, 1)))
-        column = Signal(range(max(config.MINIMUMS[-1], config.labels) + 1))  # of the line; stays at its greatest value
+        # Of the line, from its lead on; stays at its greatest value.
+        column = Signal(range(-config.lead, max(config.MINIMUMS[-1], config.labels) + 1), init=-config.lead)
         accepted = self.i.valid & self.i.ready
         flush_ends = waves == self.flush_waves - 1
         with m.If(issue & flush):
             m.d.sync += waves.eq(Mux(flush_ends, 0, waves + 1))
-        with m.If(accepted & ~column.all()):
+        greatest = (1 << len(column) - bool(config.lead)) - 1
+        with m.If(accepted & (column != greatest)):
             m.d.sync += column.eq(column + 1)
         with m.If(issue & ~accepted):
-            m.d.sync += column.eq(0)
-        return (column < config.labels) | before.end, flush_ends, column >= least
+            m.d.sync += column.eq(-config.lead)
+        return (column < self.flushed_width) | before.end, flush_ends, column >= least, column + config.lead

@@ -26,7 +26,7 @@ from golden.config import (
 @pytest.mark.parametrize("name, good, bad", [
     ("labels", (2, 256), (1, 257, -1, 16.5)),
     ("max_width", (1, 4096), (0, 4097)),
-    ("minimum", (0, 255), (-1, 256)),
+    ("minimum", (-64, 255), (-65, 256)),
 ])
 def test_limits(name, good, bad):
     for value in good:

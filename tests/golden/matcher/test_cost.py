@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from golden.config import Arithmetic, MatcherConfig, OnePass
-from golden.matcher.cost import cost_energy, delayed, edata, local_disparity, matching_cost, outside, sub_pixels
+from golden.matcher.cost import aligned, cost_energy, edata, local_disparity, matching_cost, outside, sub_pixels
 from golden.pictures.scenes import scene
 
 
@@ -64,11 +64,33 @@ def test_local_disparity_takes_the_smaller_on_a_tie():
     assert local_disparity(np.array([[[4, 2, 2], [1, 5, 1], [3, 3, 0]]])).tolist() == [[1, 0, 2]]
 
 
-def test_delayed():
-    picture = np.array([[5, 6, 7], [1, 2, 3]])
-    assert delayed(picture, 0).tolist() == picture.tolist()
-    assert delayed(picture, 1).tolist() == [[5, 5, 6], [1, 1, 2]]
-    assert delayed(picture, 255).tolist() == [[5, 5, 5], [1, 1, 1]]
+def test_aligned():
+    left, right = np.array([[1, 2, 3], [4, 5, 6]]), np.array([[5, 6, 7], [1, 2, 3]])
+
+    def both(*arguments):
+        return [side.tolist() for side in aligned(left, right, *arguments)]
+
+    assert both(0) == [left.tolist(), right.tolist()]
+    assert both(1) == [left.tolist(), [[5, 5, 6], [1, 1, 2]]]
+    assert both(255) == [left.tolist(), [[5, 5, 5], [1, 1, 1]]]
+    assert both(-1) == [[[1, 1, 2, 3], [4, 4, 5, 6]], [[5, 6, 7, 7], [1, 2, 3, 3]]]
+    # More lead than the least disparity needs.
+    assert both(-1, 2) == [[[1, 1, 1, 2, 3], [4, 4, 4, 5, 6]], [[5, 5, 6, 7, 7], [1, 1, 2, 3, 3]]]
+    assert both(1, 1) == [[[1, 1, 2, 3], [4, 4, 5, 6]], [[5, 5, 5, 6], [1, 1, 1, 2]]]
+
+
+@pytest.mark.parametrize("minimum", [-1, -4, -9, -64])
+def test_negative_disparities_are_earlier_labels_of_the_same_costs(minimum):
+    """Where the pixel has no match beyond either edge, the costs do not depend on which label is the first."""
+    left, right, _ = scene(40, 5, 12, seed=4)
+    labels = 12 - minimum
+    more, plain = (matching_cost(left, right, MatcherConfig(n, minimum=m)) for n, m in ((labels, minimum), (12, 0)))
+    np.testing.assert_array_equal(more[:, :, -minimum:], plain)
+    # The other way round: exchanged pictures have negative disparities, and no candidate left of x = 0 is lost.
+    swapped = matching_cost(right, left, MatcherConfig(12, minimum=-11))[:, :, ::-1]
+    y, x, d = np.indices((5, 40, 12))
+    inside = (x + d < 39) & (x > 0)
+    np.testing.assert_array_equal(swapped[inside], plain[y, np.minimum(x + d, 39), d][inside])
 
 
 def test_outside():

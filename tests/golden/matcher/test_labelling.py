@@ -91,7 +91,7 @@ def test_fast_equals_plain_where_every_label_wins(arithmetic, disparities, width
     np.testing.assert_array_equal(fast, labelling_plain(cost, local, left, config))
 
 
-@pytest.mark.parametrize("minimum", [1, 20, 255])
+@pytest.mark.parametrize("minimum", [1, 20, 255, -1, -5, -12, -40, -64])
 def test_minimum(minimum):
     config = MatcherConfig(labels=13, minimum=minimum)
     left, right, _ = scene(37, 7, 13, seed=3)

@@ -25,7 +25,7 @@ def test_right_view_knows_no_cost_beyond_the_picture():
     assert right_view(cost, config()).tolist() == [[0, 0, 0]]
 
 
-@pytest.mark.parametrize("minimum", [0, 1, 5, 255])
+@pytest.mark.parametrize("minimum", [0, 1, 5, 255, -1, -4, -64])
 @pytest.mark.parametrize("width, disparities", [(1, 2), (3, 9), (30, 7)])
 def test_right_view_fast_equals_plain(minimum, width, disparities):
     this = config(disparities, minimum)
@@ -49,11 +49,11 @@ def test_check_fails_outside():
     assert check(np.array([[0, 0, 1, 0]]), np.zeros((1, 4), int), config(minimum=2)).tolist() == [[False, False, False, True]]
 
 
-@pytest.mark.parametrize("minimum", [0, 2])
+@pytest.mark.parametrize("minimum", [0, 2, -2, -3, -64])
 def test_check_fast_equals_plain(minimum):
     rng = np.random.default_rng(2)
-    labels, right = rng.integers(0, 4, (2, 9, 21))
     this = config(minimum=minimum)
+    labels, right = rng.integers(0, 4, (9, 21)), rng.integers(0, 4, (9, 21 + this.lead))
     fast = check(labels, right, this)
     assert 0.2 < fast.mean() < 0.8
     np.testing.assert_array_equal(fast, check_plain(labels, right, this))

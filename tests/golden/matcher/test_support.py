@@ -5,7 +5,7 @@ import pytest
 
 from golden.config import FUSED_1, Arms, FusedCost, MatcherConfig, changed
 from golden.matcher.census import census_plain
-from golden.matcher.cost import delayed, matching_cost
+from golden.matcher.cost import aligned, matching_cost
 from golden.matcher.support import arms, arms_plain, fuse, fused_cost, support_sizes, support_sums, support_sums_plain
 from golden.pictures.scenes import scene
 
@@ -40,15 +40,17 @@ def test_outside_has_its_own_cost():
     assert fused_cost(flat, flat, config(3, cost_outside=7, minimum=1))[0].tolist() == [[7, 7, 7], [0, 7, 7], [0, 0, 7], [0, 0, 0]]
 
 
-@pytest.mark.parametrize("minimum", [0, 3])
+@pytest.mark.parametrize("minimum", [0, 3, -1, -3, -6, -64])
 @pytest.mark.parametrize("width, height, disparities", [(1, 1, 2), (5, 3, 13), (23, 6, 6)])
 def test_fused_cost_equals_plain(minimum, width, height, disparities):
     left, right, _ = scene(width, height, disparities, seed=2)
     this = config(disparities, minimum)
     cost = matching_cost(left, right, this)
-    left_bits, right_bits = census_plain(left).tolist(), census_plain(delayed(right, minimum)).tolist()
+    lead = max(-minimum, 0)
+    left_bits, right_bits = (census_plain(side).tolist() for side in aligned(left, right, minimum))
     expected = [[[
-        30 if d + minimum > x else (4 * min(int(cost[y, x, d]), 156) + 47 * (left_bits[y][x] ^ right_bits[y][x - d]).bit_count()) // 16
+        30 if d + minimum > x else
+        (4 * min(int(cost[y, x, d]), 156) + 47 * (left_bits[y][x + lead] ^ right_bits[y][x + lead - d]).bit_count()) // 16
         for d in range(disparities)] for x in range(width)] for y in range(height)]
     fast = fused_cost(left, right, this)
     assert fast.dtype == np.uint8

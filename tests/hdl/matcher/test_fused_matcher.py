@@ -42,6 +42,11 @@ def as_bytes(pair):
     (config_of(13, 64, refinement=Refinement(check=False, median=False)), 40, 1),
     (config_of(6, 24, refinement=Refinement(fill=False)), 24, 4),
     pytest.param(config_of(26, 70, refinement=Refinement(fill=False)), 70, 4, marks=pytest.mark.slow),
+    (config_of(2, 1, minimum=-1), 1, 1),
+    (config_of(3, 16, minimum=-64), 11, 4),                                   # a lead longer than the lines
+    (config_of(6, 40, minimum=-3), 40, 7),
+    (config_of(13, 27, minimum=-9, refinement=Refinement(sub_pixel=True)), 5, 3),
+    (config_of(6, 30, minimum=-12, **VERTICAL), 30, 5),                       # all disparities negative
     (config_of(2, 1, **VERTICAL), 1, 1),
     (config_of(3, 7, census_rows=1, **VERTICAL), 1, 9),
     (config_of(6, 40, census_columns=9, **VERTICAL), 40, 7),
@@ -77,7 +82,7 @@ def test_long_pauses():
 
 
 # Slow: 13 labels, of which 6 show the same.
-@pytest.mark.parametrize("labels, width, fused", [(6, 70, {}), (6, 70, VERTICAL), *(pytest.param(13, 100, fused, marks=pytest.mark.slow)
+@pytest.mark.parametrize("labels, width, fused", [(6, 70, {}), (6, 70, VERTICAL), (6, 60, {"minimum": -5}), *(pytest.param(13, 100, fused, marks=pytest.mark.slow)
                                                                                     for fused in ({}, VERTICAL))])
 def test_one_pixel_a_clock(labels, width, fused):
     """Inside a line no clock is lost, between lines as many as the census takes; latency is within its bound and not far below it."""
@@ -95,7 +100,8 @@ def test_one_pixel_a_clock(labels, width, fused):
 
 # Slow: 13 labels, of which 6 show the same.
 @pytest.mark.parametrize("config", [
-    config_of(6, 60), config_of(13, 8), config_of(6, 60, **VERTICAL), config_of(6, 36, census_columns=9),
+    config_of(6, 60), config_of(13, 8), config_of(6, 60, **VERTICAL), config_of(6, 60, minimum=-7),
+    config_of(6, 60, minimum=-3, **VERTICAL), config_of(6, 36, census_columns=9),
     config_of(6, 37, census_rows=3, census_columns=1), config_of(6, 44, census_rows=7, census_columns=5, census_weight=20),
     *(pytest.param(config_of(13, 100, **fused), marks=pytest.mark.slow) for fused in ({}, VERTICAL)),
 ], ids=lambda config: f"D{config.labels}-{config.max_width}-{config.method.cost.census_rows}x{config.method.cost.census_columns}")
@@ -145,7 +151,8 @@ def test_settings(sub_pixel):
     assert not any(errors)
 
 
-@pytest.mark.parametrize("case, fused", [*((case, {}) for case in RAGGED), *((case, VERTICAL) for case in list(RAGGED)[::4])])
+@pytest.mark.parametrize("case, fused", [*((case, {}) for case in RAGGED), *((case, VERTICAL) for case in list(RAGGED)[::4]),
+                                         *((case, {"minimum": -2}) for case in list(RAGGED)[1::3])])
 def test_ragged(case, fused):
     """``error`` is raised; frames around the ragged one are bit-exact, and that one is output rectangular, bit-exact with golden."""
     config = config_of(3, MAX_WIDTH, **fused)

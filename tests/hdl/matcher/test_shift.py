@@ -5,7 +5,7 @@ import pytest
 from amaranth.sim import Simulator
 
 from golden.config import MatcherConfig
-from golden.matcher.cost import delayed
+from golden.matcher.cost import aligned
 from hdl.matcher.shift import RightShift
 from sim.kit.cases import comparable, noise, pixel_words
 from sim.kit.streams import check_rules, receive, run_stream, send
@@ -39,7 +39,7 @@ def test_matches_golden(minimum, stall):
     """Frames of several sizes in a row, narrower and wider than the shift."""
     pairs = [noise(*size, seed) for seed, size in enumerate([(12, 3), (1, 1), (3, 2), (1, 4), (4, 2), (2, 3)])]
     words = [word for pair in pairs for word in pixel_words(*pair)]
-    expected = [word for left, right in pairs for word in pixel_words(left, delayed(right, minimum))]
+    expected = [word for left, right in pairs for word in pixel_words(*aligned(left, right, minimum))]
     assert run(words, minimum, stall_i=stall, stall_o=stall) == expected
 
 
@@ -47,7 +47,7 @@ def test_matches_golden(minimum, stall):
 def test_wide(minimum):
     """Lines longer than the ring."""
     left, right = noise(600, 2, 1)
-    assert run(pixel_words(left, right), minimum) == pixel_words(left, delayed(right, minimum))
+    assert run(pixel_words(left, right), minimum) == pixel_words(*aligned(left, right, minimum))
 
 
 def test_latency_and_rate():
@@ -86,7 +86,7 @@ def test_minimum_is_sampled_at_first(stall):
     simulator.add_testbench(check_rules(dut.i, taken), background=True)
     simulator.add_testbench(check_rules(dut.o, given), background=True)
     simulator.run()
-    expected = [word for (left, right), minimum in zip(pairs, minimums) for word in pixel_words(left, delayed(right, minimum))]
+    expected = [word for (left, right), minimum in zip(pairs, minimums) for word in pixel_words(*aligned(left, right, minimum))]
     assert [comparable(word) for word in given] == expected
 
 
@@ -100,7 +100,7 @@ def test_ragged(minimum, stall):
         left, right = noise(int(rng.integers(1, 9)), int(rng.integers(1, 4)), seed)
         frame = pixel_words(left, right)
         words += [{**word, **{flag: word[flag] ^ (rng.random() < 0.15) for flag in ("first", "last", "end")}} for word in frame]
-        good.append((len(words), pixel_words(left, delayed(right, minimum))))
+        good.append((len(words), pixel_words(*aligned(left, right, minimum))))
         words += frame
     # Before the first word marked `first` the minimum is not known.
     words[0]["first"] = 1
