@@ -92,7 +92,8 @@ def _protocol() -> list[str]:
 
 _SECTIONS = {
     Kind.CONSTANT: ("Constants", "Read-only; here those of a matcher of the default size with the method `fused`."),
-    Kind.SETTING: ("Settings", "Read and written; a new value takes effect at a frame's start. " + " ".join(
+    Kind.SETTING: ("Settings", "Read and written; a new value takes effect at a frame's start. A matcher that was built with a negative "
+                   "`minimum` takes any value from there on, as a two's complement of 16 bits. " + " ".join(
         f"A matcher with the method `{name}` has {', '.join(f'`{setting}`' for setting in MatcherConfig(method=method()).settings)}."
         for name, method in METHODS.items())),
     Kind.ACTION: ("Actions", "Write 1; they read as 0."),

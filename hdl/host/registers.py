@@ -22,7 +22,8 @@ _CLEAR = "clear_counters"
 class SettingLayout(data.StructLayout):
     """Each setting under its name."""
     def __init__(self, registers: RegisterMap):
-        super().__init__({register.name: Shape(register.width, register.signed) for register in registers.of(Kind.SETTING)})
+        super().__init__({register.name: signed(register.width) if register.signed else register.width
+                          for register in registers.of(Kind.SETTING)})
 
 
 class ActionLayout(data.StructLayout):

@@ -48,7 +48,7 @@ def _small(method: Method, minimum: int = 0) -> Size:
 #: By name. A monitor's frame is at most half as long as a camera's, as the frame store requires.
 SIZES = {
     "small": _small(OnePass(Arithmetic.LINEAR)),
-    "small fused": _small(changed(FUSED_1, sub_pixel=True), minimum=2),  # with all of it that the monitor sees
+    "small fused": _small(changed(FUSED_1, sub_pixel=True), minimum=-2),  # with all of it that the monitor sees
     "full": Size(MatcherConfig(80, PAL.width, engine=Engine.STREAMING, method=OnePass(Arithmetic.LINEAR)),
                  PAL, DISPLAYS["720x576"], MemoryTiming()),
 }

@@ -41,7 +41,7 @@ async def pictures(dut):
     rig = await start(dut)
     assert await rig.read("identity") == IDENTITY
     assert await rig.read("in_use") == rig.config.labels
-    minimums = (0, 5) if "minimum" in rig.config.settings else ()
+    minimums = (-1, 5) if "minimum" in rig.config.settings else ()
     for name, value, setting in (
             *(("minimum", value, {"minimum": value}) for value in minimums),
             ("show", 1, {"mode": DisplayMode.LEFT}), ("show", 2, {"mode": DisplayMode.BOTH}), ("colour", 1, {"colour": True}),

@@ -26,7 +26,7 @@ CASES = [
      [(62, 12), (5, 3), (51, 4)], {"check": 1, "fill": 1, "median": 1, "minimum": 0}),
     (config(17, 50, census_rows=7, census_columns=9, census_weight=25, reach=31, arm_threshold=60, median_size=3),
      [(50, 9), (16, 2), (17, 2), (1, 1)], {"minimum": 255}),
-    (config(20, 90, refinement=Refinement(sub_pixel=True), minimum=5), [(90, 8), (5, 3)], {"check": 0}),
+    (config(20, 90, refinement=Refinement(sub_pixel=True), minimum=-9), [(90, 8), (5, 3)], {"check": 0, "minimum": -4}),
     (config(39, 160), [(150, 33), (1, 1), (37, 11), (160, 3)], {"u1": 63, "u2": 1, "u3": 62, "in_use": 20}),
 ]
 # Slow: what one case above combines, one at a time; more labels; and the named parameters, which are also those of Tsukuba below (set 3)
@@ -43,6 +43,8 @@ MORE = [
     (config(128, 300), [(300, 7), (5, 3), (257, 2)], {"minimum": 40}),
     (config(21, 70, **SET_3), [(70, 8), (5, 3)], {"median": 0}),
     (config(26, 99, **SET_2), [(99, 8), (1, 1), (5, 3), (60, 1)], {"minimum": 3}),
+    (config(20, 90, refinement=Refinement(sub_pixel=True), minimum=5), [(90, 8), (5, 3)], {"check": 0}),
+    (config(70, 200, minimum=-64, **SET_2), [(200, 8), (1, 3), (30, 3), (64, 2)], {"minimum": 3}),
 ]
 SMALL = [
     (config(2, 1), [(1, 1), (1, 2)], {"median": 0}),

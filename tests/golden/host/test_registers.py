@@ -126,7 +126,24 @@ def test_addresses():
     assert all(REGISTERS.at(address) is None for address in range(0x17, 0x20))
     for register in REGISTERS:
         assert REGISTERS.at(register.address) is register
-    assert REGISTERS.at(0x06) is None
+    assert REGISTERS.at(0x07) is None
+
+
+def test_negative_values():
+    """Two's complement of 16 bits on the line, whatever the width of the register."""
+    registers = register_map(MatcherConfig(minimum=-16, method=FUSED_1))
+    least = registers["minimum"]
+    assert (least.minimum, least.reset, least.maximum, least.width, least.signed) == (-16, -16, 255, 9, True)
+    assert registers["lead"].reset == 16 and REGISTERS["lead"].reset == 0 and not REGISTERS["lead"].signed
+    assert [least.encode(value) for value in (-16, -1, 0, 255)] == [0xFFF0, 0xFFFF, 0, 255]
+    assert [least.decode(bits) for bits in (0xFFF0, 0xFFFF, 0, 255, 0x7FFF)] == [-16, -1, 0, 255, 0x7FFF]
+    assert REGISTERS["pairs"].decode(0xFFFF) == 0xFFFF
+    assert replace(least, minimum=-300).width == 10
+    for value, status in ((-16, Status.OK), (-17, Status.OUT_OF_RANGE), (256, Status.OUT_OF_RANGE), (3, Status.OK)):
+        reply, written = answer(registers, {}, encode_request(Request(Operation.WRITE, least.address, least.encode(value))))
+        assert reply.status is status and written == ({"minimum": value} if status is Status.OK else {})
+    read = encode_request(Request(Operation.READ, least.address))
+    assert answer(registers, {}, read)[0].value == 0xFFF0 and answer(registers, {"minimum": -3}, read)[0].value == 0xFFFD
 
 
 def test_kinds():
@@ -138,7 +155,7 @@ def test_kinds():
 
 def test_limits():
     assert [REGISTERS[name].limits for name in ("show", "in_use", "version", "decoder_state", "transmitter_step")] == [
-        "0 disparity, 1 left, 2 both", "1 .. 80", "3", "0 busy, 1 done, 2 failed", f"0 .. {len(TFP410.steps) - 1}"]
+        "0 disparity, 1 left, 2 both", "1 .. 80", "4", "0 busy, 1 done, 2 failed", f"0 .. {len(TFP410.steps) - 1}"]
 
 
 @pytest.mark.parametrize("name, value, text", [
@@ -160,6 +177,8 @@ U1 = REGISTERS["u1"]
     ({"minimum": 5, "maximum": 4}, "not 5 .. 4"),
     ({"reset": 64}, "from 0 to 63, not 64"),
     ({"minimum": 16}, "from 16 to 63, not 15"),
+    ({"minimum": -1, "maximum": 32768}, r"within -32768 .. 32767 in rising order, not -1 .. 32768"),
+    ({"minimum": -32769}, r"within -32768 .. 32767 in rising order, not -32769 .. 63"),
 ])
 def test_bad_register(changes, message):
     with pytest.raises(ValueError, match=message):

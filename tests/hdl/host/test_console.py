@@ -11,7 +11,7 @@ import tty
 import numpy as np
 import pytest
 
-from golden.config import MatcherConfig
+from golden.config import FUSED_1, MatcherConfig
 from golden.errors import UserError
 from golden.host.protocol import FRAME_BYTES, REPLY_SYNC, Operation, Reply, Request, Status, decode_request, encode_reply
 from golden.host.registers import IDENTITY, Kind, RegisterMap, answer, register_map
@@ -210,18 +210,18 @@ def test_retries(capsys, fault):
 def test_write_that_came_as_another_value(capsys):
     """The sum was right by chance: the reply tells, and the write is sent again."""
     def fault(number, data):
-        return encode_reply(Reply(Status.OK, data[2], 35)) if number == 4 else data
+        return encode_reply(Reply(Status.OK, data[2], 35)) if number == 5 else data
     line = FakeLine(fault)
     assert run(capsys, "set u1=34", line)[:2] == (0, "u1 = 34 grey levels a pixel\n")
-    assert line.requests[4] == line.requests[5] == Request(Operation.WRITE, REGISTERS["u1"].address, 34)
+    assert line.requests[5] == line.requests[6] == Request(Operation.WRITE, REGISTERS["u1"].address, 34)
 
 
 def test_silence_before_a_retry():
     """The chip drops half a request only after its time-out."""
-    line = FakeLine(lambda number, data: b"" if number == 4 else data)
+    line = FakeLine(lambda number, data: b"" if number == 5 else data)
     Chip(line, answer_seconds=0.5).read("u1")
     # No wait before the first attempts; then the time-out of the reply, and the pause.
-    assert line.waits == [0, 0, 0, 0, 0, 0.5, 0.011]
+    assert line.waits == [0, 0, 0, 0, 0, 0, 0.5, 0.011]
 
 
 def test_no_answer(capsys):
@@ -254,7 +254,7 @@ def test_other_chips(capsys):
         return FakeLine(registers=RegisterMap(tuple(changed)))
     assert f"its identity is 4660, not {IDENTITY}" in fails(capsys, "get u1", with_constant("identity", 0x1234))
     assert "the chip has the method 2, this console knows those from 0 to 1" in fails(capsys, "get u1", with_constant("method", 2))
-    assert "version 9 of the register map, this console version 3" in fails(capsys, "get u1", with_constant("version", 9))
+    assert "version 9 of the register map, this console version 4" in fails(capsys, "get u1", with_constant("version", 9))
     assert run(capsys, "set in_use=200", with_constant("disparities", 256))[0] == 2   # the fake itself still has 20
     assert "choose one of: 1 .. 20 labels" in fails(capsys, "set in_use=21")
 
@@ -332,3 +332,15 @@ def test_without_pyserial(capsys, monkeypatch):
     monkeypatch.setitem(__import__("sys").modules, "serial", None)
     assert main(["--port", "none", "get", "u1"]) == 2
     assert "pip install 'pyserial" in capsys.readouterr().err
+
+
+def test_negative_setting(capsys):
+    """The console learns from the chip how far below 0 the least disparity may be."""
+    line = FakeLine(registers=register_map(MatcherConfig(labels=20, minimum=-16, method=FUSED_1)))
+    assert run(capsys, "set minimum=-16", line)[:2] == (0, "minimum = -16 pixels\n")
+    assert line.values == {"minimum": -16}
+    assert run(capsys, "get minimum lead", line)[:2] == (0, "minimum = -16 pixels\nlead = 16 columns\n")
+    assert "minimum cannot be set to '-17'; choose one of: -16 .. 255 pixels" in fails(capsys, "set minimum=-17", line)
+    assert "minimum cannot be set to 'no'" in fails(capsys, "set minimum=no", line)
+    plain = FakeLine(registers=register_map(MatcherConfig(labels=20, method=FUSED_1)))
+    assert "minimum cannot be set to '-1'; choose one of: 0 .. 255 pixels" in fails(capsys, "set minimum=-1", plain)

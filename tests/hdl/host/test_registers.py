@@ -5,9 +5,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from amaranth.hdl import Shape
 from amaranth.sim import Simulator
 
-from golden.config import MatcherConfig, OnePass, changed
+from golden.config import FUSED_1, MatcherConfig, changed
 from golden.host.protocol import (
     FRAME_BYTES,
     REQUEST_SYNC,
@@ -24,7 +25,8 @@ from hdl.host.registers import ActionLayout, RegisterFile, SettingLayout, Status
 from sim.kit.streams import check_rules, receive, run_stream, send
 
 
-REGISTERS = register_map(MatcherConfig(labels=20, max_width=300, method=changed(OnePass(), u1=1, u2=2, u3=3)), height=200)
+# A setting may be negative.
+REGISTERS = register_map(MatcherConfig(labels=20, max_width=300, minimum=-16, method=changed(FUSED_1, u1=1, u2=2, u3=3)), height=200)
 TIMEOUT = 50
 READ_U1 = encode_request(Request(Operation.READ, REGISTERS["u1"].address))
 
@@ -109,11 +111,11 @@ def every_request():
         yield Request(Operation.READ, register.address, 0x5AA5)
         # Each value, and then a read of what it has left.
         for value in {register.minimum, register.maximum, register.minimum - 1, register.maximum + 1, 0, 0x100, COUNT_MAX}:
-            if value in range(COUNT_MAX + 1):
-                yield Request(Operation.WRITE, register.address, value)
+            if value <= COUNT_MAX:
+                yield Request(Operation.WRITE, register.address, register.encode(value))
         yield Request(Operation.READ, register.address)
         yield Request(0x00, register.address, register.maximum)
-    for address in (0x05, 0x0F, 0x17, 0x1F, 0x22, 0x39, 0x53, 0x7F, 0x80, 0x90, 0xFF):
+    for address in (0x07, 0x0F, 0x1B, 0x1F, 0x22, 0x39, 0x53, 0x7F, 0x80, 0x90, 0xFF):
         yield Request(Operation.READ, address)
         yield Request(Operation.WRITE, address, 1)
     for operation in (Operation.READ ^ 1, Operation.WRITE ^ 0x80, 0xFF):
@@ -198,7 +200,8 @@ def test_reset_values():
 
     async def testbench(ctx):
         assert {name: ctx.get(dut.settings[name]) for name in SettingLayout(REGISTERS).members} == {
-            "u1": 1, "u2": 2, "u3": 3, "in_use": 20, "show": 0, "colour": 0, "hold": 0}
+            "u1": 1, "u2": 2, "u3": 3, "in_use": 20, "show": 0, "colour": 0, "hold": 0,
+            "minimum": -16, "check": 1, "fill": 1, "median": 1}
         assert ctx.get(dut.actions.as_value()) == ctx.get(dut.errors) == 0
 
     play(dut, testbench)
@@ -330,7 +333,8 @@ def test_layouts():
     assert len(StatusLayout(REGISTERS).members) + 1 == len(REGISTERS.of(Kind.STATUS, Kind.COUNTER))
     for layout in (StatusLayout, SettingLayout, ActionLayout):
         for name, width in layout(REGISTERS).members.items():
-            assert width == REGISTERS[name].width
+            register = REGISTERS[name]
+            assert Shape.cast(width) == Shape(register.width, register.signed)
 
 
 def test_bad_arguments():

@@ -82,8 +82,10 @@ def test_long_pauses():
 
 
 # Slow: 13 labels, of which 6 show the same.
-@pytest.mark.parametrize("labels, width, fused", [(6, 70, {}), (6, 70, VERTICAL), (6, 60, {"minimum": -5}), *(pytest.param(13, 100, fused, marks=pytest.mark.slow)
-                                                                                    for fused in ({}, VERTICAL))])
+@pytest.mark.parametrize("labels, width, fused", [
+    (6, 70, {}), (6, 70, VERTICAL), (6, 60, {"minimum": -5}),
+    *(pytest.param(13, 100, fused, marks=pytest.mark.slow) for fused in ({}, VERTICAL)),
+])
 def test_one_pixel_a_clock(labels, width, fused):
     """Inside a line no clock is lost, between lines as many as the census takes; latency is within its bound and not far below it."""
     dut = Matcher(config_of(labels, width, **fused))

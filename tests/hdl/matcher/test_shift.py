@@ -11,8 +11,8 @@ from sim.kit.cases import comparable, noise, pixel_words
 from sim.kit.streams import check_rules, receive, run_stream, send
 
 
-def shift():
-    return RightShift(MatcherConfig(labels=2))
+def shift(lead=0):
+    return RightShift(MatcherConfig(labels=2, minimum=-lead))
 
 
 def shifted(words, minimum):
@@ -48,6 +48,15 @@ def test_wide(minimum):
     """Lines longer than the ring."""
     left, right = noise(600, 2, 1)
     assert run(pixel_words(left, right), minimum) == pixel_words(*aligned(left, right, minimum))
+
+
+@pytest.mark.parametrize("minimum", [-64, -63, -1, 0, 1, 255])
+def test_behind_a_lead(minimum):
+    """Lines that are wider by a lead of 64: the right picture is shifted by 64 more."""
+    pair = noise(400, 2, 1)
+    ahead, expected = (pixel_words(*aligned(*pair, least, 64)) for least in (-64, minimum))
+    out = run_stream(shift(64), ahead, rng=np.random.default_rng(1), inputs={"minimum": minimum})
+    assert [comparable(word) for word in out] == expected
 
 
 def test_latency_and_rate():

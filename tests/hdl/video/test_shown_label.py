@@ -7,13 +7,12 @@ from sim.kit.clocked import run_clocked
 
 
 @pytest.mark.parametrize("sub_pixel", [False, True])
-@pytest.mark.parametrize("labels", [2, 13, 128])
-def test_label(labels, sub_pixel):
+@pytest.mark.parametrize("labels, minima", [(2, [7, 0, 255, 3, 200]), (13, [-12, 0, 255, -1, -3]), (128, [-64, 200, -63, 0, -20])])
+def test_label(labels, minima, sub_pixel):
     """Each picture is shown by the least disparity that its pair started with, though the next pair starts before it has left."""
-    config = MatcherConfig(labels=labels, minimum=7, method=changed(FUSED_1, sub_pixel=sub_pixel))
+    config = MatcherConfig(labels=labels, minimum=minima[0], method=changed(FUSED_1, sub_pixel=sub_pixel))
     scale = config.method.disparity_scale
     rng = np.random.default_rng(1)
-    minima = [7, 0, 255, 3, 200]
     inputs, expected = [], []
     for number, minimum in enumerate(minima):
         shown = [0, labels - 1, *rng.integers(0, labels, 10).tolist()]

@@ -25,7 +25,7 @@ class Toy:
     slope_max = smooth_step_max = WEIGHT_MAX
     disparity_scale = 1
 
-    def result_fields(self, labels):
+    def result_fields(self, labels, minimum):
         return {"disparity": (labels - 1).bit_length()}
 
     def settings(self, minimum):
