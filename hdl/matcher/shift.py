@@ -126,7 +126,7 @@ class RightShift(Stage):
             with m.If(self.i.valid):
                 m.d.sync += starts_line.eq(self.i.p.last | self.i.p.end)
                 with m.If(self.i.p.first):
-                    m.d.sync += minimum.eq(self.minimum + lead)
+                    m.d.sync += minimum.eq(self.minimum + lead if lead else self.minimum)
 
         # Stages 2 and 3: the right pixel of `minimum` pixels before.
         s3_valid, s3, right = delayed_pixel(m, advance, s1_valid, s1, s1_starts_line, s1.right, minimum)

@@ -1,5 +1,9 @@
 """The waves along the labels of the streaming engine, and their source."""
 
+import contextlib
+from functools import reduce
+from operator import and_
+
 from amaranth import *
 from amaranth.lib import data, stream, wiring
 from amaranth.lib.wiring import In, Out
@@ -161,12 +165,12 @@ class WaveSource(wiring.Component):
                 m.d.comb += [issue.eq(self.i.valid & self.go), self.i.ready.eq(self.go)]
                 if lead:
                     m.d.comb += leads.eq(in_lead != 0)
-                with m.If(issue & (in_lead == lead)):
-                    m.next = "columns"
-                    with m.If(now.last):
-                        m.next = "past"
                 with m.If(issue):
                     m.d.sync += before.eq(now)
+                    with m.If(in_lead == lead) if lead else contextlib.nullcontext():
+                        m.next = "columns"
+                        with m.If(now.last):
+                            m.next = "past"
             with m.State("columns"):
                 m.d.comb += [issue.eq(self.i.valid & self.go), self.i.ready.eq(self.go), emit.eq(1)]
                 with m.If(issue):
@@ -194,13 +198,13 @@ class WaveSource(wiring.Component):
         m.d.sync += [data_register(m, o.wave[field], f"wave_{field}").eq(value) for field, value in waves.items()]
 
         # The pixel completed, and the pixel that can be labelled.
-        stored = ~beneath
+        stored = [~beneath]
         completed, upper = before.left.line, before.left.minus
         if self.joins:
-            stored &= ~line[0]
+            stored.append(~line[0])
             completed, upper = before.left.minus, before.above
             self._vertical(m, issue, emit, before, ~line[0] & ~line[1])
-        store = emit & stored
+        store = reduce(and_, stored, emit)
         labels = emit & ~Cat(line[:-1]).any()
         first  = Signal(init=1)  # the next pixel to be labelled is the first of its frame
         pixel  = data_register(m, o.pixel, "pixel")
@@ -219,7 +223,7 @@ class WaveSource(wiring.Component):
         in_picture = store
         of_lead = {}
         if lead:
-            in_picture = (emit | leads) & stored
+            in_picture = reduce(and_, stored, emit | leads)
             open_line = Signal()  # pixels of the line before may have further candidates
             with m.If(issue & (leads | emit | flush)):
                 m.d.sync += open_line.eq((leads | emit) & ~past)
@@ -276,9 +280,9 @@ class WaveSource(wiring.Component):
         flush_ends = waves == self.flush_waves - 1
         with m.If(issue & flush):
             m.d.sync += waves.eq(Mux(flush_ends, 0, waves + 1))
-        greatest = (1 << len(column) - bool(config.lead)) - 1
-        with m.If(accepted & (column != greatest)):
+        greatest = column == (1 << len(column) - 1) - 1 if config.lead else column.all()
+        with m.If(accepted & ~greatest):
             m.d.sync += column.eq(column + 1)
         with m.If(issue & ~accepted):
             m.d.sync += column.eq(-config.lead)
-        return (column < self.flushed_width) | before.end, flush_ends, column >= least, column + config.lead
+        return (column < self.flushed_width) | before.end, flush_ends, column >= least, column + config.lead if config.lead else Const(0)

@@ -17,6 +17,8 @@ from .ragged import MAX_WIDTH, RAGGED, repaired
 
 
 ALL = Refinement()
+# Lines longer than the first one: with a lead their surplus pixels of the right picture are in the place of replicated ones.
+TOO_LONG = ("short first line", "long line", "long last line")
 VERTICAL = {"vertical_lines": 1, "vertical_threshold": 30, "truncation": 60, "cost_shift": 6, "cost_outside": 12}
 
 
@@ -97,7 +99,7 @@ def test_one_pixel_a_clock(labels, width, fused):
     assert np.count_nonzero(inside != 1) <= 2  # the last lines are read from other memories
     assert cycles["o"][-1] - cycles["o"][0] <= height * (width + dut.line_clocks) + 8
     latency = np.subtract(cycles["o"], cycles["i"]).max() - dut.latency_lines * width
-    assert dut.latency_clocks - 40 <= latency <= dut.latency_clocks
+    assert dut.latency_clocks - 40 - 3 * dut.config.lead <= latency <= dut.latency_clocks
 
 
 # Slow: 13 labels, of which 6 show the same.
@@ -154,7 +156,7 @@ def test_settings(sub_pixel):
 
 
 @pytest.mark.parametrize("case, fused", [*((case, {}) for case in RAGGED), *((case, VERTICAL) for case in list(RAGGED)[::4]),
-                                         *((case, {"minimum": -2}) for case in list(RAGGED)[1::3])])
+                                         *((case, {"minimum": -2}) for case in list(RAGGED)[::3] if case not in TOO_LONG)])
 def test_ragged(case, fused):
     """``error`` is raised; frames around the ragged one are bit-exact, and that one is output rectangular, bit-exact with golden."""
     config = config_of(3, MAX_WIDTH, **fused)
