@@ -44,13 +44,13 @@ _VERILATOR_VERSION = (5, 36)
 # runs a fifth faster, which pays after millions of clocks only.
 _MAKEFLAGS = " -- CFG_CXXFLAGS_PCH_I=-include OPT_FAST={fast} OPT_SLOW=-O0"
 
-# Verilator's makefile calls this in front of each compilation. The runtime libraries of Verilator and cocotb are the same in all
-# models and take longer to compile than a small model: their objects, whose sources alone are in other folders, are kept. $OBJECTS is
-# where, and the prefix of their names.
+# Verilator's makefile calls this in front of each compilation. Verilator's runtime library is the same in all models and takes longer to
+# compile than a small model: its objects are kept. $OBJECTS is where, and the prefix of their names. The main program, which is cocotb's,
+# is not: it allocates the model, and its object has that model's size in it.
 _OBJECTS = """\
 for source; do :; done
 case $source in
-    */*.cpp) ;;
+    */verilated*.cpp) ;;
     *) exec "$@" ;;
 esac
 object=$(basename "$source" .cpp).o

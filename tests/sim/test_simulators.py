@@ -153,8 +153,11 @@ def test_objects_of_the_runtime_are_kept(tmp_path):
     assert objects.compile(runtime) == (True, 5, expected)
     for count in (6, 7):                                            # those of a model are not
         assert objects.compile("Vtop.cpp") == (True, count, "-O1 -c -o Vtop.o Vtop.cpp\n")
+    main = "/v/share/verilator.cpp"     # has the size of the model in it
+    for count in (8, 9):
+        assert objects.compile(main) == (True, count, f"-O1 -c -o verilator.o {main}\n")
     assert len(list(objects.kept.iterdir())) == 4
-    for count in (8, 9):                                            # nowhere to keep them
+    for count in (10, 11):                                          # nowhere to keep them
         assert objects.compile(runtime, kept="/none") == (True, count, expected)
 
 
