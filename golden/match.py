@@ -13,6 +13,7 @@ from .errors import UserError, run_cli
 from .files import check_output
 from .matcher.confidence import CONFIDENCE_MAX
 from .matcher.matcher import in_pixels, match
+from .order import note_order
 from .pictures.dataset import motorcycle
 from .pictures.disparities import LABEL_SUFFIXES, check_disparity_output, write_disparity, write_labels
 from .pictures.images import read_pair
@@ -121,6 +122,9 @@ def run(argv: Sequence[str] | None) -> None:
     height, width = disparity.shape
     method = options.cost if options.cost != OnePass.name else config.method.arithmetic
     print(f"{options.output}: {width}x{height} pixels, {config.labels} disparities, {method}, {seconds:.2f} s")
+    if "passed" in fields:
+        print(f"passed: {100 * np.mean(fields['passed']):.0f} % of the pixels pass the left-right check")
+    note_order(left, right, config)
     if truth is not None:
         bad = bad_pixels(disparity, *truth, options.threshold)
         print(f"bad pixels: {bad:.2f} % of the {np.count_nonzero(truth[1])} that count are off by more than {options.threshold:g} pixel")

@@ -20,6 +20,7 @@ from golden.config import MatcherConfig
 from golden.errors import UserError, run_cli
 from golden.files import output_folder, remove_stale, write_json
 from golden.matcher.matcher import in_pixels
+from golden.order import note_order
 from golden.pictures.dataset import StereoPair, motorcycle
 from golden.pictures.images import colour_map, read_pair, write_picture
 from golden.pictures.metrics import bad_pixels
@@ -81,7 +82,7 @@ def _write(folder: Path, left, right, result: Result, config: MatcherConfig, rep
         "disparity.png": colour_map(labels // config.method.disparity_scale - config.minimum, config.labels),
         **{f"{name}.png": (values * (255 // (2**config.result_fields[name] - 1))).astype(np.uint8) for name, values in fields.items()},
     }
-    if disparity is labels and labels.max() <= 255:  # what a text picture holds
+    if disparity is labels and 0 <= labels.min() and labels.max() <= 255:  # what a text picture holds
         pictures["disparity.txt"] = labels.astype(np.uint8)
     for name, picture in pictures.items():
         write_picture(folder / name, picture)
@@ -117,6 +118,8 @@ def _print(report: dict, folder: Path) -> None:
     table.add_row("simulated clocks per second", f"{report['clocks_per_second']:.0f}")
     table.add_row("seconds of simulation", f"{report['seconds']:.2f}")
     table.add_row("seconds of Verilog output and build", f"{report['build_seconds']:.1f}")
+    if "passed_percent" in report:
+        table.add_row("pixels that pass the left-right check", f"{report['passed_percent']:.0f} %")
     if "bad_pixels_percent" in report:
         table.add_row("bad pixels, error above 1 pixel", f"{report['bad_pixels_percent']:.2f} %")
     size = f"{report['width']}x{report['height']} pixels, {report['disparities']} disparities"
@@ -159,12 +162,15 @@ def _simulate(folder: Path, options: argparse.Namespace, config: MatcherConfig, 
         "clocks": result.report["clocks"], "build_seconds": round(result.build_seconds, 3),
         "total_seconds": round(time.perf_counter() - start, 3),
     }
+    if "passed" in result.fields[0]:
+        report["passed_percent"] = round(100 * float(np.mean(result.fields[0]["passed"])), 2)
     if pair is not None:
         report["pair"] = pair.name
         disparity = in_pixels(result.fields[0]["disparity"], config)
         report["bad_pixels_percent"] = round(bad_pixels(disparity, pair.truth, pair.masks["known"]), 2)
     _write(folder, left, right, result, config, report)
     _print(report, folder)
+    note_order(left, right, config)
     if waves is not None:
         print(f"The waveforms are in {waves}: open it with gtkwave or surfer.")
     return 1 if wrong else 0

@@ -21,8 +21,9 @@ class Lead(Stage):
     Edges are replicated. Golden: :func:`golden.matcher.cost.aligned` with that lead, and with the least disparity ``-config.lead``. The
     flag ``first`` is set in the first column of the lead, ``last`` and ``end`` in the last pixel of the left picture.
 
-    Frames may be ragged. Of a line that is longer than its frame's first one, surplus pixels of the right picture take the place of
-    replicated ones: the line store cuts the frame there. A line ends with a word with ``last`` or ``end``, and before ``first``; in that case without a flag.
+    Frames may be ragged: a line ends with a word with ``last`` or ``end``, and before ``first``; in that case without a flag. Of a line
+    that is longer than its frame's first one, surplus pixels of the right picture take the place of replicated ones: the line store cuts
+    the frame there.
 
     Timing: a line of ``W`` words takes ``W + lead`` cycles; a left pixel is output :attr:`latency` cycles after it was accepted, if
     neither ``i`` nor ``o`` stalls. ``i.ready`` depends combinationally on ``o.ready``.
