@@ -3,26 +3,20 @@
 import argparse
 import contextlib
 import dataclasses
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Any, NoReturn
 
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 
-from .config import FUSED_1, METHODS, Arithmetic, Engine, Fused, MatcherConfig, OnePass, Refinement, changed
+from .config import METHODS, Arithmetic, Engine, MatcherConfig, Method, OnePass, Weights, changed, parameters_of
 from .errors import UserError
-from .matcher.parameters import read_parameters
+from .matcher.parameters import NAMED, default_parameters, read_parameters
 
 
-__all__ = ["STAGES", "Parser", "add_gateware_options", "add_matcher_options", "add_method_options", "add_minimum_option",
-           "check_disparities", "gateware_config", "matcher_config", "method_config", "progress"]
-
-
-# Stages of the refinement, each of which has an option, and their descriptions.
-STAGES = Refinement.SWITCHES
-
-WEIGHTS = {"u1": "left", "u2": "upper", "u3": "lower"}  # and the neighbour of each
+__all__ = ["Parser", "add_gateware_options", "add_method_options", "add_minimum_option", "belongs", "check_disparities", "described",
+           "gateware_config", "method_config", "methods_with", "progress", "refines_by_default"]
 
 
 class Parser(argparse.ArgumentParser):
@@ -38,46 +32,40 @@ class Parser(argparse.ArgumentParser):
         raise UserError(f"{message}; see {self.prog} --help")
 
 
-def add_matcher_options(parser: argparse.ArgumentParser, default: Arithmetic | None = Arithmetic.THESIS,
-                        otherwise: str = "all three", fused: bool = False) -> None:
-    """Add ``--arithmetic --fraction-bits --u1 --u2 --u3``.
-
-    An option that is not given is ``None``: its default depends on the method.
-
-    Parameters
-    ----------
-    default : Arithmetic or None
-        Default of ``--arithmetic``.
-    otherwise : str
-        Its description in the help, if ``default`` is ``None``.
-    fused : bool
-        Whether ``--cost fused`` is an option too; the help then names the weights of both methods.
-    """
-    parser.add_argument("--arithmetic", type=Arithmetic, choices=list(Arithmetic), default=default, metavar="float|thesis|linear",
-                        help=f"number formats (default: {default or otherwise})")
-    parser.add_argument("--fraction-bits", type=int, metavar="Q",
-                        help=f"fraction bits of the slopes, 0 to 4; linear arithmetic only (default: {OnePass.fraction_bits})")
-    for name, neighbour in WEIGHTS.items():
-        default_of_fused = f"; with --cost fused {getattr(FUSED_1.weights, name)}, in eighths of its cost" if fused else ""
-        parser.add_argument(f"--{name}", type=int, metavar="U", help=(
-            f"weight of the {neighbour} neighbour, grey levels a pixel of disparity, 0 to 63 "
-            f"(default: {getattr(OnePass.weights, name)}{default_of_fused})"))
+class _Renamed(argparse.Action):
+    """An option that has another name now: refused with that name, whatever its value."""
+    def __call__(self, parser: argparse.ArgumentParser, namespace: argparse.Namespace, values: str | Sequence[Any] | None,
+                 option_string: str | None = None) -> NoReturn:
+        value = values if values in METHODS else "|".join(METHODS)
+        raise UserError(f"{option_string} is now --method; write --method {value}")
 
 
-def matcher_config(options: argparse.Namespace, disparities: int, arithmetic: Arithmetic | None = None,
-                   max_width: int = MatcherConfig.max_width) -> MatcherConfig:
-    """The configuration that the options of :func:`add_matcher_options` describe; :class:`UserError` if it is impossible.
+def methods_with(has: Callable[[Method], bool]) -> list[str]:
+    """Names of the methods of which, with their default parameters, ``has`` is true."""
+    return [name for name, kind in METHODS.items() if has(kind())]
+
+
+def belongs(option: str, methods: Sequence[str]) -> UserError:
+    """What to say of an option, with its value if it has one, that belongs to these methods, and is given with another one.
 
     Examples
     --------
-    >>> parser = Parser()
-    >>> add_matcher_options(parser)
-    >>> matcher_config(parser.parse_args(["--u3", "7"]), 16).method.weights
-    Weights(u1=15, u2=10, u3=7)
+    >>> print(belongs("--sub-pixel", ["fused"]))
+    --sub-pixel belongs to the method fused; choose --method fused or leave it out
     """
-    with _parameters_are_options():
-        method = changed(OnePass(arithmetic or options.arithmetic), **_given(options, "fraction_bits", *WEIGHTS))
-        return _sized(options, disparities, max_width, method)
+    choice = " or ".join(methods)
+    return UserError(f"{option} belongs to the method {choice}; choose --method {choice} or leave it out")
+
+
+def described(config: MatcherConfig) -> str:
+    """Method and arithmetic in words, for reports.
+
+    Examples
+    --------
+    >>> described(MatcherConfig())
+    'method thesis, thesis arithmetic'
+    """
+    return f"method {config.method.name}, {config.method.arithmetic} arithmetic"
 
 
 def check_disparities(disparities: int) -> None:
@@ -86,12 +74,6 @@ def check_disparities(disparities: int) -> None:
     if disparities not in limits:
         raise UserError(f"--disparities must be a whole number from {limits[0]} to {limits[-1]}, not {disparities}; "
                         "choose a value in that range")
-
-
-def _sized(options: argparse.Namespace, disparities: int, max_width: int, method: OnePass | Fused) -> MatcherConfig:
-    """A configuration of that size; the number of labels is the option ``--disparities``."""
-    check_disparities(disparities)
-    return MatcherConfig(disparities, max_width, getattr(options, "minimum", 0), method=method)
 
 
 @contextlib.contextmanager
@@ -103,31 +85,51 @@ def _parameters_are_options() -> Iterator[None]:
         raise UserError(f"--{str(error).replace('_', '-', 1)}; choose a value in that range") from None
 
 
-def _given(options: argparse.Namespace, *names: str) -> dict[str, Any]:
-    """Those of the options that are given."""
-    return {name: value for name in names if (value := getattr(options, name)) is not None}
+def _switches() -> dict[str, str]:
+    """The switches of all methods, and what each of them switches."""
+    return {name: what for kind in METHODS.values() for name, what in kind.SWITCHES.items()}
 
 
-def add_method_options(parser: argparse.ArgumentParser, cost: str = OnePass.name, thesis: str = str(Arithmetic.THESIS)) -> None:
-    """Add ``--cost``, the switches of the refinement and the options of :func:`add_matcher_options`, for :func:`method_config`.
+def _add_weights(parser: argparse.ArgumentParser) -> None:
+    """Add an option for each weight that a method has."""
+    settings = {name: kind().settings(MatcherConfig.minimum) for name, kind in METHODS.items()}
+    for weight in Weights._fields:
+        having = {name: each[weight] for name, each in settings.items() if weight in each}
+        one = next(iter(having.values()))
+        defaults = ", ".join(f"{name} {each.default} {each.unit}" for name, each in having.items())
+        parser.add_argument(f"--{weight}", type=int, metavar="U", help=(
+            f"{one.description}, {one.minimum} to {one.maximum} (default: {defaults})"))
+
+
+def add_method_options(parser: argparse.ArgumentParser, method: str = OnePass.name, thesis: str = str(Arithmetic.THESIS)) -> None:
+    """Add ``--method`` and the options of all methods, for :func:`method_config`.
+
+    An option that is not given is ``None``: its default depends on the method.
 
     Parameters
     ----------
-    cost : str
-        Default of ``--cost``.
+    method : str
+        Default of ``--method``.
     thesis : str
         The default arithmetic of the thesis's method, as the help describes it.
     """
-    parser.add_argument("--cost", choices=list(METHODS), default=cost, metavar="thesis|fused", help=(
-        "the thesis's matching cost; or that fused with a census, summed over a support, with refined disparities (default: %(default)s)"))
-    parser.add_argument("--parameters", type=Path, metavar="fused-1|fused-2|fused-3|FILE", help=(
-        "parameters of the fused cost; fused-2 adds the costs of the lines above and below, fused-3 needs the fewest resources; or a file "
-        "that golden tune wrote (default: fused-1)"))
+    names, sets = "|".join(METHODS), [name for sets in NAMED.values() for name in sets]
+    about = "; ".join(f"{name}: {kind.ABOUT}" for name, kind in METHODS.items())
+    parser.add_argument("--method", choices=list(METHODS), default=method, metavar=names, help=f"{about} (default: %(default)s)")
+    parser.add_argument("--cost", nargs="?", action=_Renamed, default=argparse.SUPPRESS, help=argparse.SUPPRESS)
+    parser.add_argument("--parameters", type=Path, metavar="|".join([*sets, "FILE"]), help=(
+        "a set of parameters of the method, see docs/tuning.md, or a file that golden tune wrote "
+        f"(default: {', '.join(next(iter(each)) for each in NAMED.values())})"))
     parser.add_argument("--refine", action=argparse.BooleanOptionalAction, help="all stages of the refinement or none (default: all)")
-    for name, what in STAGES.items():
+    for name, what in _switches().items():
         parser.add_argument(f"--{name}", action=argparse.BooleanOptionalAction, help=f"{what}; overrides --refine")
-    parser.add_argument("--sub-pixel", action="store_true", help="disparities with three fraction bits")
-    add_matcher_options(parser, default=None, otherwise=f"{thesis}; with --cost fused linear", fused=True)
+    parser.add_argument("--sub-pixel", action="store_const", const=True, help="disparities with three fraction bits")
+    fixed = ", ".join(f"{name} {kind().arithmetic}" for name, kind in METHODS.items() if "arithmetic" not in parameters_of(kind()))
+    parser.add_argument("--arithmetic", type=Arithmetic, choices=list(Arithmetic), metavar="float|thesis|linear",
+                        help=f"number formats of the thesis's method (default: {thesis}); the others have one each: {fixed}")
+    parser.add_argument("--fraction-bits", type=int, metavar="Q",
+                        help=f"fraction bits of the slopes, 0 to 4; linear arithmetic only (default: {OnePass.fraction_bits})")
+    _add_weights(parser)
 
 
 def add_minimum_option(parser: argparse.ArgumentParser) -> None:
@@ -137,6 +139,27 @@ def add_minimum_option(parser: argparse.ArgumentParser) -> None:
         f"least disparity, pixels, {limits[0]} to {limits[-1]}: N disparities are M .. M + N - 1 (default: %(default)s)"))
 
 
+def refines_by_default(options: argparse.Namespace) -> bool:
+    """Whether neither ``--refine`` nor a switch is given."""
+    return all(getattr(options, name) is None for name in ("refine", *_switches()))
+
+
+def _check_owners(options: argparse.Namespace) -> None:
+    """:class:`UserError` if an option is given that belongs to other methods than the one that is chosen."""
+    switches = _switches()
+    owners = {
+        "refine": methods_with(lambda method: bool(method.SWITCHES)), "parameters": list(NAMED),
+        **{name: methods_with(lambda method, name=name: name in method.SWITCHES) for name in switches},  # type: ignore[misc]
+        **{name: methods_with(lambda method, name=name: name in parameters_of(method))  # type: ignore[misc]
+           for name in ("sub_pixel", "fraction_bits", *Weights._fields)},
+    }
+    for name, methods in owners.items():
+        value = getattr(options, name)
+        if value is not None and options.method not in methods:
+            option = name.replace("_", "-")
+            raise belongs(f"--no-{option}" if value is False else f"--{option}" if value is True else f"--{option} {value}", methods)
+
+
 def method_config(options: argparse.Namespace, disparities: int, arithmetic: Arithmetic = Arithmetic.THESIS,
                   max_width: int = MatcherConfig.max_width) -> MatcherConfig:
     """The configuration that the options of :func:`add_method_options` describe; :class:`UserError` if it is impossible.
@@ -144,41 +167,38 @@ def method_config(options: argparse.Namespace, disparities: int, arithmetic: Ari
     Parameters
     ----------
     arithmetic : Arithmetic
-        Default of the thesis's method.
+        Default of a method that has a choice.
 
     Examples
     --------
     >>> parser = Parser()
     >>> add_method_options(parser)
-    >>> config = method_config(parser.parse_args(["--cost", "fused", "--no-fill", "--u3", "7"]), 16)
+    >>> config = method_config(parser.parse_args(["--method", "fused", "--no-fill", "--u3", "7"]), 16)
     >>> config.method.weights, config.method.refinement.fill
     (Weights(u1=17, u2=30, u3=7), False)
     """
-    if options.cost == OnePass.name:
-        switches = {name: value for name in ("refine", *STAGES) if (value := getattr(options, name)) is not None}
-        given = [name if value else f"no-{name}" for name, value in switches.items()] + ["sub-pixel"] * options.sub_pixel
-        given += ["parameters"] * (options.parameters is not None)
-        if given:
-            raise UserError(f"--{given[0]} belongs to the cost fused; choose --cost fused or leave it out")
-        return matcher_config(options, disparities, options.arithmetic or arithmetic, max_width=max_width)
-
-    if options.arithmetic not in (None, Arithmetic.LINEAR):
-        raise UserError(f"--arithmetic {options.arithmetic} cannot compute the fused cost; choose --arithmetic linear or --cost thesis")
-    if options.fraction_bits is not None:
-        raise UserError(f"--fraction-bits {options.fraction_bits} belongs to the cost thesis; leave it out or choose --cost thesis")
-    stages = {name: options.refine is not False if getattr(options, name) is None else getattr(options, name) for name in STAGES}
-    if options.fill and not stages["check"]:
+    _check_owners(options)
+    method = read_parameters(options.parameters, options.method) if options.parameters else default_parameters(options.method)
+    values = {name: value for name in ("sub_pixel", "fraction_bits", *Weights._fields) if (value := getattr(options, name)) is not None}
+    if "arithmetic" in parameters_of(method):
+        values["arithmetic"] = options.arithmetic or arithmetic
+    elif options.arithmetic not in (None, method.arithmetic):
+        others = " or ".join(methods_with(lambda other: "arithmetic" in parameters_of(other)))
+        raise UserError(f"--arithmetic {options.arithmetic} cannot compute the method {method.name}; "
+                        f"choose --arithmetic {method.arithmetic} or --method {others}")
+    for name in method.SWITCHES:
+        values[name] = options.refine is not False if getattr(options, name) is None else getattr(options, name)
+    if options.fill and not values.get("check", True):
         raise UserError("--fill has nothing to do without the left-right check; add --check or leave --fill out")
-    params = read_parameters(options.parameters) if options.parameters else FUSED_1
+    check_disparities(disparities)
     with _parameters_are_options():
-        method = changed(params, **_given(options, *WEIGHTS), **stages, sub_pixel=options.sub_pixel)
-        return _sized(options, disparities, max_width, method)
+        return MatcherConfig(disparities, max_width, getattr(options, "minimum", 0), method=changed(method, **values))
 
 
 def add_gateware_options(parser: argparse.ArgumentParser) -> None:
     """Add ``--engine``, ``--minimum`` and the options of :func:`add_method_options`, for :func:`gateware_config`."""
     parser.add_argument("--engine", type=Engine, choices=list(Engine), metavar="streaming|sequential", help=(
-        "a pixel a cycle, in linear arithmetic; or the thesis's, for its cost only (default: streaming, unless --arithmetic thesis)"))
+        "a pixel a cycle, in linear arithmetic; or the thesis's, for its method only (default: streaming, unless --arithmetic thesis)"))
     add_minimum_option(parser)
     add_method_options(parser, thesis="linear, with --engine sequential thesis")
 
@@ -193,18 +213,22 @@ def gateware_config(options: argparse.Namespace, disparities: int, max_width: in
     >>> [str(gateware_config(parser.parse_args(words), 16).engine) for words in ([], ["--arithmetic", "thesis"])]
     ['streaming', 'sequential']
     """
+    named = METHODS[options.method]()
+    chooses = "arithmetic" in parameters_of(named)
     if options.arithmetic is Arithmetic.FLOAT:
-        others = "linear" if options.cost == Fused.name else "thesis or linear"
+        others = "thesis or linear" if chooses else named.arithmetic
         raise UserError(f"--arithmetic float has no gateware; choose {others}, or use python -m golden match")
-    if options.cost == Fused.name and options.engine is Engine.SEQUENTIAL:
-        raise UserError("--engine sequential has no cost fused; choose --engine streaming or --cost thesis")
-    if options.cost == OnePass.name and options.minimum:
-        raise UserError(f"--minimum {options.minimum} belongs to the cost fused; choose --cost fused or leave it out")
-    arithmetic = options.arithmetic or (Arithmetic.THESIS if options.engine is Engine.SEQUENTIAL else Arithmetic.LINEAR)
-    engine = options.engine or (Engine.SEQUENTIAL if arithmetic is Arithmetic.THESIS else Engine.STREAMING)
-    if engine is Engine.STREAMING and arithmetic is Arithmetic.THESIS and options.cost == OnePass.name:
-        raise UserError("--arithmetic thesis cannot be computed by the streaming engine; choose --engine sequential or --arithmetic linear")
-    config = method_config(options, disparities, arithmetic, max_width)
+    config = method_config(options, disparities, Arithmetic.THESIS if options.engine is Engine.SEQUENTIAL else Arithmetic.LINEAR, max_width)
+    engines = config.method.engines
+    engine = options.engine or (Engine.STREAMING if Engine.STREAMING in engines else engines[0])
+    if engine not in engines:
+        if chooses:
+            raise UserError(f"--arithmetic {config.method.arithmetic} cannot be computed by the {engine} engine; "
+                            f"choose --engine {' or '.join(engines)} or --arithmetic linear")
+        others = " or ".join(methods_with(lambda method: engine in method.engines))
+        raise UserError(f"--engine {engine} has no method {named.name}; choose --engine {' or '.join(engines)} or --method {others}")
+    if options.minimum and "minimum" not in config.settings:
+        raise belongs(f"--minimum {options.minimum}", methods_with(lambda method: "minimum" in method.settings(0)))
     if engine is Engine.SEQUENTIAL and disparities not in MatcherConfig.SEQUENTIAL_LABELS:
         limits = MatcherConfig.SEQUENTIAL_LABELS
         raise UserError(f"--disparities must be a whole number from {limits[0]} to {limits[-1]} with the sequential engine, "

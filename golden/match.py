@@ -7,8 +7,8 @@ from pathlib import Path
 
 import numpy as np
 
-from .cli import Parser, add_method_options, add_minimum_option, method_config
-from .config import MatcherConfig, OnePass
+from .cli import Parser, add_method_options, add_minimum_option, belongs, described, method_config, methods_with
+from .config import MatcherConfig
 from .errors import UserError, run_cli
 from .files import check_output
 from .matcher.confidence import CONFIDENCE_MAX
@@ -29,11 +29,16 @@ __all__ = ["main"]
 LIMITS = f"{MatcherConfig.LABELS[0]} to {MatcherConfig.LABELS[-1]}"
 
 
-# What the second method gives in addition to the disparity.
+# What some methods give in addition to the disparity.
 MAPS = {
     "passed": "where the left-right check passed, 0 or 1",
     "confidence": f"confidence of every disparity, 0 .. {CONFIDENCE_MAX}",
 }
+
+
+def _methods_with_field(name: str) -> list[str]:
+    """The methods that give it."""
+    return methods_with(lambda method: name in method.result_fields(MatcherConfig.LABELS[0], MatcherConfig.minimum))
 
 
 def parser() -> Parser:
@@ -56,7 +61,8 @@ def parser() -> Parser:
     result.add_argument("--png-scale", type=int, metavar="S", help=(
         "--output is a .png of 16 bits with disparity * S, rounded; 0 would be unknown, so disparity 0 is 1; S = 256 is KITTI's format"))
     for option, what in MAPS.items():
-        result.add_argument(f"--{option}", type=Path, metavar="FILE", help=f"{what}; --cost fused only, formats as of --output")
+        result.add_argument(f"--{option}", type=Path, metavar="FILE", help=(
+            f"{what}; --method {' or '.join(_methods_with_field(option))} only, formats as of --output"))
     return result
 
 
@@ -76,7 +82,7 @@ def _check_outputs(options: argparse.Namespace, config: MatcherConfig) -> None:
             continue
         option = f"--{name}"
         if name in MAPS and name not in config.result_fields:
-            raise UserError(f"{option} belongs to the cost fused; choose --cost fused or leave it out")
+            raise belongs(option, _methods_with_field(name))
         check_output(path, SUFFIXES.get(name, LABEL_SUFFIXES), option)
         if any(path.exists() and side.samefile(path) for side in sides):
             raise UserError(f"{path} is one of the files that are read; choose another {option}")
@@ -120,8 +126,7 @@ def run(argv: Sequence[str] | None) -> None:
     write_products(options, left, disparity, config, truth, camera)
 
     height, width = disparity.shape
-    method = options.cost if options.cost != OnePass.name else config.method.arithmetic
-    print(f"{options.output}: {width}x{height} pixels, {config.labels} disparities, {method}, {seconds:.2f} s")
+    print(f"{options.output}: {width}x{height} pixels, {config.labels} disparities, {described(config)}, {seconds:.2f} s")
     if "passed" in fields:
         print(f"passed: {100 * np.mean(fields['passed']):.0f} % of the pixels pass the left-right check")
     note_order(left, right, config)

@@ -59,9 +59,9 @@ def manifest_of(name: str, matcher: Matcher, ports: Mapping[str, tuple[str, int]
         "top": name,
         "engine": str(config.engine),
         "parameters": {
-            "disparities": config.labels, "cost": config.method.name, "arithmetic": str(config.method.arithmetic),
+            "disparities": config.labels, "method": config.method.name, "arithmetic": str(config.method.arithmetic),
             "minimum": config.minimum, "max_width": config.max_width, "height": height, "disparity_scale": config.method.disparity_scale,
-            "method": config.method.about(),
+            "method_parameters": config.method.about(),
         },
         "clocks_per_pixel": clocks,
         "full_rate_width": matcher.full_rate_width,

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 from rich.table import Table
 
-from golden.cli import Parser, add_gateware_options, gateware_config, progress
+from golden.cli import Parser, add_gateware_options, described, gateware_config, progress
 from golden.config import MatcherConfig
 from golden.errors import UserError, run_cli
 from golden.files import output_folder, remove_stale, write_json
@@ -106,7 +106,7 @@ def simulate_shown(config: MatcherConfig, left: NDArray[np.uint8], right: NDArra
                         progress=lambda lines: bar.update(task, completed=lines))
 
 
-def _print(report: dict, folder: Path) -> None:
+def _print(report: dict, config: MatcherConfig, folder: Path) -> None:
     """The figures, as a table on stdout."""
     table = Table()
     table.add_column("figure")
@@ -123,8 +123,7 @@ def _print(report: dict, folder: Path) -> None:
     if "bad_pixels_percent" in report:
         table.add_row("bad pixels, error above 1 pixel", f"{report['bad_pixels_percent']:.2f} %")
     size = f"{report['width']}x{report['height']} pixels, {report['disparities']} disparities"
-    method = f"cost {report['cost']}, {report['arithmetic']} arithmetic, {report['engine']} engine"
-    print(f"{size}, {method}, {report['simulator']}:")
+    print(f"{size}, {described(config)}, {report['engine']} engine, {report['simulator']}:")
     print_table(table)
     print(f"Results are in {folder}: disparity.png to look at, report.json for the figures.")
 
@@ -154,8 +153,8 @@ def _simulate(folder: Path, options: argparse.Namespace, config: MatcherConfig, 
     height, width = left.shape
     frame = result.frames[0]
     report = {
-        "engine": str(config.engine), "cost": config.method.name, "arithmetic": str(config.method.arithmetic),
-        "parameters": config.method.about(), "minimum": config.minimum, "simulator": options.simulator,
+        "engine": str(config.engine), "method": config.method.name, "arithmetic": str(config.method.arithmetic),
+        "method_parameters": config.method.about(), "minimum": config.minimum, "simulator": options.simulator,
         "width": width, "height": height, "disparities": config.labels, "mismatches": wrong,
         "clocks_per_pixel": round(frame.clocks_per_pixel, 4), "latency_clocks": frame.latency,
         "clocks_per_second": round(result.clocks_per_second), "seconds": round(result.seconds, 3),
@@ -169,7 +168,7 @@ def _simulate(folder: Path, options: argparse.Namespace, config: MatcherConfig, 
         disparity = in_pixels(result.fields[0]["disparity"], config)
         report["bad_pixels_percent"] = round(bad_pixels(disparity, pair.truth, pair.masks["known"]), 2)
     _write(folder, left, right, result, config, report)
-    _print(report, folder)
+    _print(report, config, folder)
     note_order(left, right, config)
     if waves is not None:
         print(f"The waveforms are in {waves}: open it with gtkwave or surfer.")

@@ -148,7 +148,7 @@ def test_options_exist(module, command, options, capsys):
     assert set(options) <= set(re.findall(r"--[\w-]+", help_of(module, command, capsys)))
 
 
-@pytest.mark.parametrize("option, start", [("--cost", "`--cost fused` chooses"), ("--engine", "Of these,")])
+@pytest.mark.parametrize("option, start", [("--method", "`--method fused` chooses"), ("--engine", "Of these,")])
 def test_readme_tells_which_commands_take_a_method(option, start, capsys):
     readme = " ".join(text(ROOT / "README.md").split())
     sentence, = re.findall(rf"{start} (.*?)\.(?: |$)", readme.replace("(where it is the default)", ""))

@@ -19,14 +19,15 @@ from .limits import (
     Weights,
 )
 from .matcher import MatcherConfig
-from .method import Method, changed, value_of
+from .method import Method, RuleMethod, changed, parameters_of, value_of
 from .one_pass import OnePass
 
 
 __all__ = ["Arithmetic", "Arms", "CONFIDENCE_BITS", "Engine", "FUSED_1", "FUSED_2", "FUSED_3", "Fused", "FusedCost", "IN_USE_BITS",
            "LEAST_MINIMUM", "METHODS", "MINIMUM_BITS", "MatcherConfig", "MatchingCost", "Method", "OnePass", "PIXEL_BITS", "PIXEL_MAX",
-           "Refinement", "Setting", "Vertical", "WEIGHT_BITS", "WEIGHT_MAX", "Weights", "changed", "value_of"]
+           "Refinement", "RuleMethod", "Setting", "Vertical", "WEIGHT_BITS", "WEIGHT_MAX", "Weights", "changed",
+           "parameters_of", "value_of"]
 
 
 #: The methods by name; a method's place is its number in the register map.
-METHODS: dict[str, type[OnePass] | type[Fused]] = {method.name: method for method in (OnePass, Fused)}
+METHODS: dict[str, type[Method]] = {method.name: method for method in (OnePass, Fused)}

@@ -163,6 +163,8 @@ class Fused:
     refinement: Refinement = Refinement()
 
     name: ClassVar[str] = "fused"
+    ABOUT: ClassVar[str] = "its cost fused with a census and summed over a support, disparities refined"
+    SWITCHES: ClassVar[Mapping[str, str]] = Refinement.SWITCHES
     #: Limits of the parameters that are numbers, whichever part holds them.
     LIMITS: ClassVar[Mapping[str, range]] = {
         **FusedCost.LIMITS, **Arms.LIMITS, **Vertical.LIMITS, **dict.fromkeys(Weights._fields, range(WEIGHT_MAX + 1)),
@@ -236,7 +238,7 @@ class Fused:
 
     def settings(self, minimum: int) -> Mapping[str, Setting]:
         """The weights, the least disparity, and the switches of the refinement."""
-        switches = {name: Setting(1, int(getattr(self.refinement, name)), what) for name, what in Refinement.SWITCHES.items()}
+        switches = {name: Setting(1, int(getattr(self.refinement, name)), what) for name, what in self.SWITCHES.items()}
         return {
             **weight_settings(self.weights, "fractions of the fused cost a pixel"),
             "minimum": Setting(2**MINIMUM_BITS - 1, minimum, "least disparity", min(minimum, 0), "pixels"), **switches,
@@ -245,7 +247,7 @@ class Fused:
     def with_settings(self, values: Mapping[str, int]) -> "Fused":
         """The method with those weights and switches; the least disparity is not the method's."""
         weights = Weights(**{name: values.get(name, value) for name, value in self.weights._asdict().items()})
-        switches = {name: bool(values[name]) for name in Refinement.SWITCHES if name in values}
+        switches = {name: bool(values[name]) for name in self.SWITCHES if name in values}
         return replace(self, weights=weights, refinement=replace(self.refinement, **switches))
 
     def about(self) -> Mapping[str, Any]:

@@ -4,8 +4,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any, ClassVar, TypeVar, cast
 
-from .limits import IN_USE_BITS, LEAST_MINIMUM, MINIMUM_BITS, Engine, Setting, check_limits
-from .method import Method
+from .limits import IN_USE_BITS, LEAST_MINIMUM, MINIMUM_BITS, Engine, Setting, Weights, check_limits
+from .method import Method, RuleMethod
 from .one_pass import OnePass
 
 
@@ -65,6 +65,13 @@ class MatcherConfig:
         return cast(M, self.method)
 
     @property
+    def rule(self) -> RuleMethod:
+        """The method, which must label by the disparity rule; :class:`ValueError` if it does not."""
+        if not hasattr(self.method, "weights"):
+            raise ValueError(f"the method must label by the disparity rule, and {self.method.name} does not")
+        return cast(RuleMethod, self.method)
+
+    @property
     def lead(self) -> int:
         """Columns by which the right picture is ahead of the left one, so that negative disparities can be compared."""
         return max(-self.minimum, 0)
@@ -82,17 +89,17 @@ class MatcherConfig:
     @property
     def smooth_max(self) -> int:
         """Largest smoothness term: the labels ``0`` and ``D-1`` side by side in equal pixels."""
-        return self.method.smooth_step_max * (self.labels - 1)
+        return self.rule.smooth_step_max * (self.labels - 1)
 
     @property
     def data_bits(self) -> int:
         """Bits of a data term."""
-        return self.method.data_max.bit_length()
+        return self.rule.data_max.bit_length()
 
     @property
     def energy_max(self) -> int:
         """Largest energy that the rule compares."""
-        return (self.method.data_max << self.method.energy_shift) + 3 * self.smooth_max
+        return (self.rule.data_max << self.rule.energy_shift) + 3 * self.smooth_max
 
     @property
     def energy_bits(self) -> int:
@@ -109,7 +116,7 @@ class MatcherConfig:
         """What the host may set from frame to frame, by name: the labels in use, and the settings of the method."""
         in_use = Setting(2**IN_USE_BITS - 1, self.labels_in_use, "labels in use: disparities from 0 to one less", 1, "labels")
         settings = dict(self.method.settings(self.minimum))
-        weights = {name: settings.pop(name) for name in self.method.weights._fields}
+        weights = {name: settings.pop(name) for name in Weights._fields if name in settings}
         return {**weights, "in_use": in_use, **settings}
 
     @property

@@ -7,27 +7,51 @@ from typing import Any, ClassVar, Protocol, TypeVar
 from .limits import Arithmetic, Engine, MatchingCost, Setting, Weights
 
 
-__all__ = ["Method", "changed", "value_of"]
+__all__ = ["Method", "RuleMethod", "changed", "parameters_of", "value_of"]
 
 
 class Method(Protocol):
     """A way from two pictures to disparities: its parameters, as a frozen dataclass, and what follows from them.
 
-    A method's golden functions are found by its class in :mod:`golden.matcher.matcher`, its gateware in ``hdl.matcher.methods``.
+    A method's golden functions are found by its class in :mod:`golden.matcher.matcher`, its gateware in ``hdl.matcher.methods``. All
+    parameters have defaults: of a method that is named only, they are used.
     """
     name: ClassVar[str]
+    #: What it does, in a few words for the help of the command lines.
+    ABOUT: ClassVar[str]
+    #: Those of its parameters that switch a stage on or off, and what the stage is.
+    SWITCHES: ClassVar[Mapping[str, str]]
 
     @property
     def arithmetic(self) -> Arithmetic:
         """Number formats of the matching cost."""
 
     @property
-    def weights(self) -> Weights:
-        """Weights of the three neighbours."""
-
-    @property
     def engines(self) -> tuple[Engine, ...]:
         """Engines that compute it, the default first."""
+
+    @property
+    def disparity_scale(self) -> int:
+        """Units of a disparity a pixel."""
+
+    def result_fields(self, labels: int, minimum: int) -> Mapping[str, int]:
+        """Fields of a result, ``disparity`` first, and their bits."""
+
+    def settings(self, minimum: int) -> Mapping[str, Setting]:
+        """Settings other than the labels in use, by name; ``minimum`` is the least disparity that was built in."""
+
+    def with_settings(self, values: Mapping[str, int]) -> "Method":
+        """The method of the gateware once its settings have these values."""
+
+    def about(self) -> Mapping[str, Any]:
+        """All parameters for reports, as JSON can hold them."""
+
+
+class RuleMethod(Method, Protocol):
+    """A method that labels by the disparity rule: weights of three neighbours, and widths of its energies."""
+    @property
+    def weights(self) -> Weights:
+        """Weights of the three neighbours."""
 
     @property
     def matching_cost(self) -> MatchingCost:
@@ -57,22 +81,6 @@ class Method(Protocol):
     def smooth_step_max(self) -> int:
         """Largest smoothness term between labels that differ by one."""
 
-    @property
-    def disparity_scale(self) -> int:
-        """Units of a disparity a pixel."""
-
-    def result_fields(self, labels: int, minimum: int) -> Mapping[str, int]:
-        """Fields of a result, ``disparity`` first, and their bits."""
-
-    def settings(self, minimum: int) -> Mapping[str, Setting]:
-        """Settings other than the labels in use, by name; ``minimum`` is the least disparity that was built in."""
-
-    def with_settings(self, values: Mapping[str, int]) -> "Method":
-        """The method of the gateware once its settings have these values."""
-
-    def about(self) -> Mapping[str, Any]:
-        """All parameters for reports, as JSON can hold them."""
-
 
 M = TypeVar("M")
 
@@ -88,6 +96,18 @@ def _homes(method: Any) -> dict[str, str]:
         elif hasattr(part, "_fields"):
             homes.update(dict.fromkeys(part._fields, field.name))
     return homes
+
+
+def parameters_of(method: Any) -> tuple[str, ...]:
+    """Names of the parameters that :func:`changed` takes: the parts of a method, and what is in them.
+
+    Examples
+    --------
+    >>> from golden.config import OnePass
+    >>> parameters_of(OnePass())
+    ('arithmetic', 'fraction_bits', 'weights', 'u1', 'u2', 'u3')
+    """
+    return tuple(_homes(method))
 
 
 def value_of(method: Any, name: str) -> Any:

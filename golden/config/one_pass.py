@@ -28,6 +28,8 @@ class OnePass:
     weights: Weights = Weights(15, 10, 5)
 
     name: ClassVar[str] = "thesis"
+    ABOUT: ClassVar[str] = "one pass of the disparity rule on the matching cost"
+    SWITCHES: ClassVar[Mapping[str, str]] = {}
     FRACTION_BITS: ClassVar[range] = range(0, 5)
 
     def __post_init__(self) -> None:

@@ -8,8 +8,8 @@ from typing import Any
 
 from rich.table import Table
 
-from ..cli import STAGES, Parser, add_method_options, method_config, progress
-from ..config import Arithmetic, Fused, MatcherConfig, OnePass, Refinement, value_of
+from ..cli import Parser, add_method_options, method_config, progress, refines_by_default
+from ..config import Arithmetic, MatcherConfig, Method, changed, parameters_of, value_of
 from ..errors import run_cli
 from ..files import check_output, write_json
 from ..matcher.matcher import disparities as match
@@ -61,7 +61,7 @@ def average(figures: Figures) -> float:
     return sum(values) / len(values)
 
 
-def table(rows: dict[str, Figures], threshold: float = 1.0, column: str = "arithmetic") -> Table:
+def table(rows: dict[str, Figures], threshold: float = 1.0, column: str = "method") -> Table:
     """The figures as a table: a block of lines for each row, in percent to two decimals."""
     result = Table(title=f"Bad pixels: off by more than {threshold:g} pixel, percent")
     result.add_column(column)
@@ -79,8 +79,8 @@ def table(rows: dict[str, Figures], threshold: float = 1.0, column: str = "arith
 def parser() -> Parser:
     """The arguments of the command."""
     result = Parser(prog="golden evaluate", description=(
-        "Bad pixels of the golden model on the four pairs of the Middlebury benchmark. --cost fused without a switch shows the rule alone "
-        "and with all stages of the refinement; --sub-pixel shows disparities rounded to pixels and with a fraction."))
+        "Bad pixels of the golden model on the four pairs of the Middlebury benchmark. Without a switch, a method with stages of "
+        "refinement is shown without and with all of them; --sub-pixel shows disparities rounded to pixels and with a fraction."))
     add_data_option(result)
     add_method_options(result, thesis="all three")
     add_threshold_option(result)
@@ -88,34 +88,30 @@ def parser() -> Parser:
     return result
 
 
-def _stages(refinement: Refinement) -> str:
-    """Words for the stages in use."""
-    on = [name for name in STAGES if getattr(refinement, name)]
-    words = ["refined"] if len(on) == len(STAGES) else on or ["rule alone"]
-    return " + ".join([*words, "sub-pixel"] if refinement.sub_pixel else words)
-
-
-def _refined(config: MatcherConfig, refinement: Refinement) -> MatcherConfig:
-    return dataclasses.replace(config, method=dataclasses.replace(config.method_as(Fused), refinement=refinement))
+def _stages(method: Method) -> str:
+    """Words for the stages in use; the method's name if it has no switches."""
+    on = [name for name in method.SWITCHES if value_of(method, name)]
+    words = [method.name] if not method.SWITCHES else ["refined"] if len(on) == len(method.SWITCHES) else on or ["unrefined"]
+    return " + ".join([*words, "sub-pixel"] if method.disparity_scale > 1 else words)
 
 
 def _rows(options: argparse.Namespace) -> dict[str, Configure]:
-    """The rows that the options select: name, and a function from the number of disparities to the configuration."""
-    if options.cost == OnePass.name:
-        def thesis(arithmetic: Arithmetic) -> Configure:
+    """The rows that the options select: name, and a function from the number of disparities to the configuration. A method with a choice
+    of arithmetics has a row for each, others one for each way through their stages."""
+    given = method_config(options, MatcherConfig.LABELS[0]).method
+    if "arithmetic" in parameters_of(given):
+        def of(arithmetic: Arithmetic) -> Configure:
             return lambda disparities: method_config(options, disparities, arithmetic)
 
-        return {str(each): thesis(each) for each in ([options.arithmetic] if options.arithmetic else Arithmetic)}
+        return {str(each): of(each) for each in ([options.arithmetic] if options.arithmetic else Arithmetic)}
 
-    def fused(refinement: Refinement) -> Configure:
-        return lambda disparities: _refined(method_config(options, disparities), refinement)
+    def row(method: Method) -> Configure:
+        return lambda disparities: dataclasses.replace(method_config(options, disparities), method=method)
 
-    given = method_config(options, MatcherConfig.LABELS[0]).method_as(Fused).refinement
-    whole = dataclasses.replace(given, sub_pixel=False)
-    alone = dataclasses.replace(whole, check=False, fill=False, median=False)
-    by_default = all(getattr(options, name) is None for name in ("refine", *STAGES))
+    whole = changed(given, sub_pixel=False) if "sub_pixel" in parameters_of(given) else given
+    alone = [changed(whole, **dict.fromkeys(given.SWITCHES, False))] if given.SWITCHES and refines_by_default(options) else []
     # Each once, in this order.
-    return {_stages(each): fused(each) for each in ([alone] if by_default else []) + [whole, given]}
+    return {_stages(each): row(each) for each in [*alone, whole, given]}
 
 
 def run(argv: Sequence[str] | None) -> None:
@@ -138,16 +134,13 @@ def run(argv: Sequence[str] | None) -> None:
                 bar.advance(task)
 
     if output:
-        one = sample[0]  # rows differ only in arithmetic or stages
         document: dict[str, Any] = {
-            "unit": f"percent of pixels off by more than {options.threshold:g} pixel", "cost": one.method.name,
-            "fraction_bits": value_of(one.method, "energy_shift" if options.cost == Fused.name else "fraction_bits"),
-            **one.method.weights._asdict(),
+            "unit": f"percent of pixels off by more than {options.threshold:g} pixel", "method": options.method,
             "rows": [
-                {"arithmetic": config.method.arithmetic, **({"stages": name} if options.cost == Fused.name else {}),
+                {"name": name, "arithmetic": config.method.arithmetic, "method_parameters": config.method.about(),
                  "average": average(figures), "pairs": figures} for config, (name, figures) in zip(sample, results.items(), strict=True)]}
         write_json(output, document)
-    print_table(table(results, options.threshold, "arithmetic" if options.cost == OnePass.name else "fused cost"))
+    print_table(table(results, options.threshold, f"method {options.method}"))
 
 
 def main(argv: Sequence[str] | None = None) -> int:

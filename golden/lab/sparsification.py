@@ -8,11 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 from rich.table import Table
 
-from ..cli import Parser, add_method_options, method_config, progress
+from ..cli import Parser, add_method_options, method_config, methods_with, progress
 from ..config import Fused
 from ..errors import UserError, run_cli
 from ..files import check_output
-from ..matcher.fused import match
+from ..matcher.matcher import in_pixels, match
 from ..pictures.dataset import PAIRS, add_data_option, load_pairs
 from ..pictures.sheet import SHEET_SUFFIXES, save_figure
 from ..tables import print_table
@@ -90,7 +90,7 @@ def parser() -> Parser:
         "Bad pixels among those kept when the least confident are rejected, on the four pairs of the Middlebury benchmark (all), and the "
         "area between that curve and an oracle's (AUSE): 0 is perfect; the last column is the area for random confidence."))
     add_data_option(result)
-    add_method_options(result, cost=Fused.name)
+    add_method_options(result, method=Fused.name)
     result.add_argument("--output", type=Path, metavar="FILE", help=f"draw the curves there; suffix {', '.join(SHEET_SUFFIXES)}")
     return result
 
@@ -98,9 +98,10 @@ def parser() -> Parser:
 def run(argv: Sequence[str] | None) -> None:
     """The command; :class:`UserError` on bad input."""
     options = parser().parse_args(argv)
-    if options.cost != Fused.name:
-        raise UserError(f"--cost {options.cost} has no confidence; choose --cost fused")
-    method_config(options, max(disparities for disparities, _ in PAIRS.values()))
+    config = method_config(options, max(disparities for disparities, _ in PAIRS.values()))
+    if "confidence" not in config.result_fields:
+        ranked = " or ".join(methods_with(lambda method: "confidence" in method.result_fields(config.labels, config.minimum)))
+        raise UserError(f"--method {options.method} has no confidence; choose --method {ranked}")
     output = check_output(options.output, SHEET_SUFFIXES) if options.output else None
     pairs = load_pairs(options.data)
 
@@ -111,10 +112,11 @@ def run(argv: Sequence[str] | None) -> None:
     areas = []
     with progress() as bar:
         for pair in bar.track(pairs):
-            result = match(pair.left, pair.right, method_config(options, pair.disparities))
+            config = method_config(options, pair.disparities)
+            fields = match(pair.left, pair.right, config)
             counted = pair.masks["all"] & np.isfinite(pair.truth)
-            bad = (np.abs(result.pixels - pair.truth) > 1)[counted]
-            confidence = result.confidence[counted]
+            bad = (np.abs(in_pixels(fields["disparity"], config) - pair.truth) > 1)[counted]
+            confidence = fields["confidence"][counted]
             curve, oracle = sparsification(confidence, bad), sparsification(~bad, bad)
             curves[pair.name] = curve, oracle
             areas.append((area_above_oracle(confidence, bad), area_above_oracle(np.zeros(bad.size), bad)))

@@ -178,7 +178,7 @@ def run(argv: Sequence[str] | None) -> None:
     if not 1 <= options.cost_bits <= 8:
         raise UserError(f"--cost-bits must be 1 to 8, not {options.cost_bits}; a cost has 8 bits at most")
     output = check_output(options.output, (PARAMETER_SUFFIX,))
-    start = read_parameters(options.start) if options.start else FUSED_1
+    start = read_parameters(options.start, Fused.name) if options.start else FUSED_1
     for name in options.search:
         if value_of(start, name) not in SPACE[name]:
             raise UserError(f"{options.start or 'fused-1'} has {name} = {value_of(start, name)}, which is not within the "

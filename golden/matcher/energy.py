@@ -36,4 +36,4 @@ def energy(labels, cost, left, config: MatcherConfig):
     terms = [horizontal * w1[:, 1:], vertical * w2[1:], vertical * w3[:-1]]
     if config.method.arithmetic is Arithmetic.THESIS:
         terms = [term >> 8 for term in terms]
-    return (data * config.method.energy_scale + sum(term.sum() for term in terms)).item()
+    return (data * config.rule.energy_scale + sum(term.sum() for term in terms)).item()

@@ -65,7 +65,7 @@ def labelling(sums, support_size, left, config: MatcherConfig):
         Labels ``0 .. D-1``.
     """
     weights = slopes(left, config) * np.asarray(support_size, dtype=np.int32)
-    return scan(sums, np.argmin(sums, axis=-1), weights, config.method.energy_scale)
+    return scan(sums, np.argmin(sums, axis=-1), weights, config.rule.energy_scale)
 
 
 @dataclass(frozen=True)
@@ -124,7 +124,7 @@ def match(left, right, config: MatcherConfig) -> FusedMatch:
 def labelling_plain(sums, support_size, left, config: MatcherConfig):
     """:func:`labelling`, pixel by pixel: the rule for reading."""
     height, width, labels = sums.shape
-    u1, u2, u3 = config.method.weights
+    u1, u2, u3 = config.rule.weights
     local = np.argmin(sums, axis=-1).tolist()
     grey = np.asarray(left).tolist()
     result = [[0] * width for _ in range(height)]
@@ -141,6 +141,6 @@ def labelling_plain(sums, support_size, left, config: MatcherConfig):
                 neighbours.append((result[y - 1][x], weight(u2, grey[y - 1][x])))
             if y < height - 1:
                 neighbours.append((local[y + 1][x], weight(u3, grey[y + 1][x])))
-            energy = [int(sums[y, x, d]) * config.method.energy_scale + sum(w * abs(d - f) for f, w in neighbours) for d in range(labels)]
+            energy = [int(sums[y, x, d]) * config.rule.energy_scale + sum(w * abs(d - f) for f, w in neighbours) for d in range(labels)]
             result[y][x] = energy.index(min(energy))
     return np.array(result, dtype=np.int32)

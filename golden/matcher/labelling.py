@@ -26,7 +26,7 @@ def slopes(left, config: MatcherConfig):
     horizontal = np.abs(np.diff(left, axis=1))
     vertical = np.abs(np.diff(left, axis=0))
     result = np.zeros((3, *left.shape), dtype=np.float64 if config.method.arithmetic is Arithmetic.FLOAT else np.int32)
-    weights = config.method.weights
+    weights = config.rule.weights
     result[0, :, 1:] = slope(horizontal, weights.u1, config)
     result[1, 1:, :] = slope(vertical, weights.u2, config)
     result[2, :-1, :] = slope(vertical, weights.u3, config)
@@ -109,7 +109,7 @@ def labelling(cost, local, left, config: MatcherConfig):
     """
     # THESIS floors after the product with the disparity difference; the others' slopes are final.
     shift = 8 if config.method.arithmetic is Arithmetic.THESIS else 0
-    return scan(cost, local, slopes(left, config), config.method.energy_scale, shift)
+    return scan(cost, local, slopes(left, config), config.rule.energy_scale, shift)
 
 
 def cost_summation(cost, s1, s2, s3, config: MatcherConfig):  # type: ignore[no-untyped-def]
@@ -125,7 +125,7 @@ def cost_summation(cost, s1, s2, s3, config: MatcherConfig):  # type: ignore[no-
     (..., D) ndarray
         In units of the energy, at most ``config.energy_max``.
     """
-    return np.asarray(cost, dtype=np.result_type(cost, np.int32)) * config.method.energy_scale + s1 + s2 + s3
+    return np.asarray(cost, dtype=np.result_type(cost, np.int32)) * config.rule.energy_scale + s1 + s2 + s3
 
 
 def transition(energy, slope):  # type: ignore[no-untyped-def]
@@ -177,18 +177,18 @@ def match(left, right, config: MatcherConfig):
 def labelling_plain(cost, local, left, config: MatcherConfig):
     """:func:`labelling`, pixel by pixel: the rule for reading."""
     height, width, labels = cost.shape
-    scale = config.method.energy_scale
+    scale = config.rule.energy_scale
     result = np.zeros((height, width), dtype=np.int32)
     for y in range(height):
         for x in range(width):
             # (label of the neighbour, its grey level, weight); a neighbour outside the picture has no term.
             neighbours = []
             if x > 0:
-                neighbours.append((result[y, x - 1], left[y, x - 1], config.method.weights.u1))
+                neighbours.append((result[y, x - 1], left[y, x - 1], config.rule.weights.u1))
             if y > 0:
-                neighbours.append((result[y - 1, x], left[y - 1, x], config.method.weights.u2))
+                neighbours.append((result[y - 1, x], left[y - 1, x], config.rule.weights.u2))
             if y < height - 1:
-                neighbours.append((local[y + 1, x], left[y + 1, x], config.method.weights.u3))
+                neighbours.append((local[y + 1, x], left[y + 1, x], config.rule.weights.u3))
             best = None
             for d in range(labels):
                 energy = cost[y, x, d].item() * scale
@@ -220,7 +220,7 @@ def match_plain(left, right, config: MatcherConfig):
 
     def energy(x, y, d):
         if d + config.minimum > x or d >= config.labels_in_use:
-            return config.method.matching_cost.outside
+            return config.rule.matching_cost.outside
         return sum(
             abs(sub_pixel(left, x, y, dx, dy, 0) - sub_pixel(right, x - d, y, dx, dy, config.minimum))
             for dx, dy in ((0, 0), (0, -1), (0, 1), (-1, 0), (1, 0))

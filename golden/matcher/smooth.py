@@ -35,7 +35,7 @@ def slope(difference, weight, config: MatcherConfig):
         case Arithmetic.THESIS:
             return weight * (256 - difference.astype(np.int32))
         case Arithmetic.LINEAR:
-            return (weight * (256 - difference.astype(np.int32)) << config.method.slope_shift) >> 8
+            return (weight * (256 - difference.astype(np.int32)) << config.rule.slope_shift) >> 8
 
 
 def smooth(distance, difference, weight, config: MatcherConfig):

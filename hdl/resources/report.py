@@ -15,7 +15,7 @@ from .count import FIGURES, Count, Resources
 from .devices import Device
 
 
-__all__ = ["THESIS", "TITLES", "as_json", "clock_text", "method", "show", "table", "tree"]
+__all__ = ["THESIS", "TITLES", "as_json", "clock_text", "counting", "show", "table", "tree"]
 
 
 #: Table 2 of the thesis, at 720x576 and 80 disparities. It gives no number of memory blocks.
@@ -25,8 +25,8 @@ _MANY = 4
 TITLES = {"logic_elements": "logic elements", "memory_bits": "memory bits", "m9k": "M9K", "multipliers_9x9": "9x9 multipliers"}
 
 
-def method(count: Count) -> str:
-    """The method of the count, and the bounds of its error."""
+def counting(count: Count) -> str:
+    """How it is counted, and the bounds of the error."""
     kinds = count.kinds
     total = count.total.logic_elements
     return (
@@ -127,7 +127,7 @@ def as_json(count: Count, clock: Clock | None, about: dict[str, Any], capacity: 
         "elements": count.kinds,
         "capacity": capacity._asdict(),
         "thesis_table_2": THESIS,
-        "method": method(count),
+        "counting": counting(count),
     }
     if clock is not None:
         document |= {"clock_mhz": round(clock.mhz, 2), "clock_device": CLOCK_DEVICE, "worst_path": clock.worst_path}
@@ -135,6 +135,6 @@ def as_json(count: Count, clock: Clock | None, about: dict[str, Any], capacity: 
 
 
 def show(count: Count, device: Device, title: str, thesis: bool) -> None:
-    """Print table and method."""
+    """Print the table, and how it is counted."""
     print_table(table(count, device, title, thesis))
-    print(method(count))
+    print(counting(count))

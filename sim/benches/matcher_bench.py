@@ -25,7 +25,7 @@ __all__ = ["MatcherBench", "middlebury", "names", "pictures"]
 def names(case: Any) -> str:
     """Name of a test's parameter."""
     if isinstance(case, MatcherConfig):
-        return f"{case.engine}-{case.labels}-{case.method.name}-{case.method.arithmetic}q{case.method.energy_shift}"
+        return f"{case.engine}-{case.labels}-{case.method.name}-{case.method.arithmetic}q{case.rule.energy_shift}"
     return "+".join(f"{width}x{height}" for width, height in case) if isinstance(case, list) else str(case)
 
 

@@ -8,7 +8,7 @@ import pytest
 from PIL import Image
 
 from golden.__main__ import main
-from golden.config import FUSED_1, MatcherConfig, OnePass, changed
+from golden.config import FUSED_1, METHODS, MatcherConfig, OnePass, changed
 from golden.matcher.fused import match as match_fused
 from golden.matcher.labelling import match
 from golden.pictures.images import read_picture, write_picture
@@ -42,7 +42,7 @@ def test_output(folder, capsys, suffix):
     assert main(["match", "left.png", "right.pgm", "--disparities", "80", "--output", f"a{suffix}"]) == 0
     np.testing.assert_array_equal(read_picture(f"a{suffix}"), expected())
     printed = capsys.readouterr()
-    assert f"a{suffix}: 150x33 pixels, 80 disparities, thesis" in printed.out and "bad pixels" not in printed.out
+    assert f"a{suffix}: 150x33 pixels, 80 disparities, method thesis, thesis arithmetic" in printed.out and "bad pixels" not in printed.out
     assert printed.err == ""
 
 
@@ -80,18 +80,18 @@ def expected_fused(minimum=0, **stages):
 ])
 def test_fused(folder, capsys, arguments, stages):
     outputs = ["--output", "a.npy", "--passed", "b.npy", "--confidence", "c.png"]
-    assert main(["match", "left.png", "right.pgm", "--disparities", "80", "--cost", "fused", *arguments, *outputs]) == 0
+    assert main(["match", "left.png", "right.pgm", "--disparities", "80", "--method", "fused", *arguments, *outputs]) == 0
     result = expected_fused(**stages)
     np.testing.assert_array_equal(np.load("a.npy"), result.pixels)
     np.testing.assert_array_equal(np.load("b.npy"), result.passed)
     np.testing.assert_array_equal(read_picture("c.png"), result.confidence)
     assert not stages or (result.pixels != expected_fused().pixels).any()
-    assert "80 disparities, fused" in capsys.readouterr().out
+    assert "80 disparities, method fused, linear arithmetic" in capsys.readouterr().out
 
 
 def test_fused_weights(folder):
     for weight in ("--u1", "--u2", "--u3"):
-        assert main(["match", *PAIR, "--disparities", "80", "--cost", "fused", "--no-refine", weight, "2", "--output", "a.npy"]) == 0
+        assert main(["match", *PAIR, "--disparities", "80", "--method", "fused", "--no-refine", weight, "2", "--output", "a.npy"]) == 0
         assert (np.load("a.npy") != expected_fused(check=False, fill=False, median=False).pixels).any()
 
 
@@ -119,7 +119,7 @@ def test_motorcycle(capsys, tmp_path):
 PAIR = ["left.png", "right.pgm"]
 OUTPUT = ["--output", "new.npy"]
 NUMBER = ["--disparities", "13"]
-FUSED = ["--cost", "fused"]
+FUSED = ["--method", "fused"]
 LIMITS = f"must be a whole number from 2 to {MatcherConfig.LABELS[-1]}"
 
 
@@ -143,25 +143,29 @@ LIMITS = f"must be a whole number from 2 to {MatcherConfig.LABELS[-1]}"
     ([*PAIR, *NUMBER, "--u1", "64", *OUTPUT], "--u1 must be a whole number from 0 to 63, not 64"),
     ([*PAIR, *NUMBER, "--u2", "-1", *OUTPUT], "--u2 must be a whole number from 0 to 63, not -1"),
     ([*PAIR, *NUMBER, "--u3", "64", *OUTPUT], "--u3 must be a whole number from 0 to 63, not 64"),
-    ([*PAIR, *NUMBER, "--minimum", "256", *OUTPUT], "--minimum must be a whole number from 0 to 255, not 256"),
-    ([*PAIR, *NUMBER, "--minimum", "-1", *OUTPUT], "--minimum must be a whole number from 0 to 255, not -1"),
+    ([*PAIR, *NUMBER, "--minimum", "256", *OUTPUT], "--minimum must be a whole number from -64 to 255, not 256"),
+    ([*PAIR, *NUMBER, "--minimum", "-65", *OUTPUT], "--minimum must be a whole number from -64 to 255, not -65"),
     ([*PAIR, *NUMBER, "--minimum", "250", "--output", "new.png"], "new.png holds disparities up to 255, but"),
-    ([*PAIR, *NUMBER, "--cost", "census", *OUTPUT], "census"),
-    ([*PAIR, *NUMBER, *FUSED, "--arithmetic", "thesis", *OUTPUT], "--arithmetic thesis cannot compute the fused cost; choose"),
-    ([*PAIR, *NUMBER, *FUSED, "--arithmetic", "float", *OUTPUT], "--arithmetic float cannot compute the fused cost; choose"),
-    ([*PAIR, *NUMBER, *FUSED, "--fraction-bits", "3", *OUTPUT], "--fraction-bits 3 belongs to the cost thesis; leave it out"),
+    ([*PAIR, *NUMBER, "--method", "census", *OUTPUT], "census"),
+    ([*PAIR, *NUMBER, "--cost", "fused", *OUTPUT], "--cost is now --method; write --method fused"),
+    ([*PAIR, *NUMBER, "--cost=thesis", *OUTPUT], "--cost is now --method; write --method thesis"),
+    ([*PAIR, *NUMBER, *OUTPUT, "--cost"], f"--cost is now --method; write --method {'|'.join(METHODS)}"),
+    ([*PAIR, *NUMBER, *FUSED, "--cost", "census", *OUTPUT], f"--cost is now --method; write --method {'|'.join(METHODS)}"),
+    ([*PAIR, *NUMBER, *FUSED, "--arithmetic", "thesis", *OUTPUT], "--arithmetic thesis cannot compute the method fused; choose"),
+    ([*PAIR, *NUMBER, *FUSED, "--arithmetic", "float", *OUTPUT], "--arithmetic float cannot compute the method fused; choose"),
+    ([*PAIR, *NUMBER, *FUSED, "--fraction-bits", "3", *OUTPUT], "--fraction-bits 3 belongs to the method thesis; choose --method thesis"),
     ([*PAIR, *NUMBER, *FUSED, "--u2", "64", *OUTPUT], "--u2 must be a whole number from 0 to 63, not 64"),
-    ([*PAIR, *NUMBER, *FUSED, "--minimum", "256", *OUTPUT], "--minimum must be a whole number from 0 to 255, not 256"),
+    ([*PAIR, *NUMBER, *FUSED, "--minimum", "256", *OUTPUT], "--minimum must be a whole number from -64 to 255, not 256"),
     ([*PAIR, *NUMBER, *FUSED, "--no-check", "--fill", *OUTPUT], "--fill has nothing to do without the left-right check"),
     ([*PAIR, *NUMBER, *FUSED, "--sub-pixel", "--output", "new.png"], "new.png holds whole numbers only"),
     ([*PAIR, *NUMBER, *FUSED, "--passed", "new.jpg", *OUTPUT], "new.jpg has the suffix .jpg"),
     ([*PAIR, *NUMBER, *FUSED, "--confidence", "new.npy", *OUTPUT], "new.npy is given for --output and for --confidence"),
     ([*PAIR, *NUMBER, *FUSED, "--confidence", "left.png", *OUTPUT], "left.png is one of the files that are read; choose another"),
-    ([*PAIR, *NUMBER, "--refine", *OUTPUT], "--refine belongs to the cost fused; choose --cost fused"),
-    ([*PAIR, *NUMBER, "--no-median", *OUTPUT], "--no-median belongs to the cost fused"),
-    ([*PAIR, *NUMBER, "--sub-pixel", *OUTPUT], "--sub-pixel belongs to the cost fused"),
-    ([*PAIR, *NUMBER, "--passed", "p.npy", *OUTPUT], "--passed belongs to the cost fused"),
-    (["--cost", "fused", "--arithmetic", "thesis", *OUTPUT], "--arithmetic thesis cannot compute the fused cost"),
+    ([*PAIR, *NUMBER, "--refine", *OUTPUT], "--refine belongs to the method fused; choose --method fused"),
+    ([*PAIR, *NUMBER, "--no-median", *OUTPUT], "--no-median belongs to the method fused"),
+    ([*PAIR, *NUMBER, "--sub-pixel", *OUTPUT], "--sub-pixel belongs to the method fused"),
+    ([*PAIR, *NUMBER, "--passed", "p.npy", *OUTPUT], "--passed belongs to the method fused"),
+    (["--method", "fused", "--arithmetic", "thesis", *OUTPUT], "--arithmetic thesis cannot compute the method fused"),
     ([*PAIR, *NUMBER, "--output", "new.jpg"], "suffix .jpg"),
     ([*PAIR, *NUMBER, "--output", "new"], "suffix (none)"),
     ([*PAIR, *NUMBER, "--output", "folder.npy"], "folder.npy is a folder"),

@@ -113,8 +113,8 @@ def test_manifest(folders, top, method, clocks):
     assert told["engine"] == {"stereo": "sequential", "matcher": "streaming"}[top]
     width, height = {"stereo": (720, 576), "matcher": (24, 10)}[top]
     assert told["parameters"] == {
-        "disparities": 6, "cost": "thesis", "arithmetic": method.arithmetic, "minimum": 0, "max_width": width, "height": height,
-        "disparity_scale": 1, "method": method.about()}
+        "disparities": 6, "method": "thesis", "arithmetic": method.arithmetic, "minimum": 0, "max_width": width, "height": height,
+        "disparity_scale": 1, "method_parameters": method.about()}
     matcher = Matcher(MatcherConfig(6, width, engine=told["engine"], method=method))
     Fragment.get(matcher, None)  # Amaranth complains of a component that is not used
     assert told["clocks_per_pixel"] == matcher.clocks_per_pixel == clocks
@@ -170,19 +170,19 @@ def test_a_project_that_is_not_sound_is_not_written(tmp_path, monkeypatch):
     assert list(tmp_path.iterdir()) == []
 
 
-def test_core_of_the_cost_fused(tmp_path):
+def test_core_of_the_method_fused(tmp_path):
     """The method is in the manifest, its settings have ports, and its words have fields."""
     (tmp_path / "mine.toml").write_text("[fused]\nreach = 3\nu2 = 9\ncensus_rows = 3\ncensus_columns = 3\n")
-    assert main(["--core", *SMALL, "--cost", "fused", "--parameters", str(tmp_path / "mine.toml"), "--minimum", "5", "--no-fill",
+    assert main(["--core", *SMALL, "--method", "fused", "--parameters", str(tmp_path / "mine.toml"), "--minimum", "5", "--no-fill",
                  "--sub-pixel", "--u1", "7", "--output", str(tmp_path / "core")]) == 0
     told = manifest(tmp_path / "core")
     config = MatcherConfig(6, 24, 5, engine=told["engine"], method=changed(
         FUSED_1, reach=3, census_rows=3, census_columns=3, u1=7, u2=9, fill=False, sub_pixel=True))
     assert told["parameters"] == {
-        "disparities": 6, "cost": "fused", "arithmetic": "linear", "minimum": 5, "max_width": 24, "height": 10, "disparity_scale": 8,
-        "method": config.method.about()}
-    assert told["parameters"]["method"]["weights"] == {"u1": 7, "u2": 9, "u3": 22}
-    assert told["parameters"]["method"]["refinement"] == {
+        "disparities": 6, "method": "fused", "arithmetic": "linear", "minimum": 5, "max_width": 24, "height": 10, "disparity_scale": 8,
+        "method_parameters": config.method.about()}
+    assert told["parameters"]["method_parameters"]["weights"] == {"u1": 7, "u2": 9, "u3": 22}
+    assert told["parameters"]["method_parameters"]["refinement"] == {
         "check": True, "fill": False, "median": True, "sub_pixel": True, "tolerance": 1, "median_size": 5}
     matcher = Matcher(config)
     Fragment.get(matcher, None)  # Amaranth complains of a component that is not used
@@ -202,12 +202,12 @@ def test_core_of_the_cost_fused(tmp_path):
 
 
 @pytest.mark.slow
-def test_board_of_the_cost_fused(tmp_path, monkeypatch):
+def test_board_of_the_method_fused(tmp_path, monkeypatch):
     """With the video system itself: a project that is not sound would not be written."""
     monkeypatch.setattr(board, "BOARD", BOARD_AS_IT_IS)
-    assert main(["--board", "cyclone3", "--cost", "fused", "--sub-pixel", *FEW, "--output", str(tmp_path)]) == 0
+    assert main(["--board", "cyclone3", "--method", "fused", "--sub-pixel", *FEW, "--output", str(tmp_path)]) == 0
     told = manifest(tmp_path)
-    assert (told["parameters"]["cost"], told["parameters"]["disparity_scale"], told["board"]) == ("fused", 8, "cyclone3")
+    assert (told["parameters"]["method"], told["parameters"]["disparity_scale"], told["board"]) == ("fused", 8, "cyclone3")
     assert set(told["files"]) == {"stereo.v", "stereo.qpf", "stereo.qsf", "stereo.sdc", "README.md"}
 
 
@@ -274,13 +274,14 @@ BAD = {
     "fraction bits": (["--core", "--arithmetic", "linear", "--fraction-bits", "5"], "--fraction-bits.*from 0 to 4.*not 5"),
     "weight": (["--core", "--u2", "64"], "--u2.*from 0 to 63.*not 64"),
     "negative weight": (["--core", "--u3", "-1"], "--u3.*not -1"),
-    "cost fused, sequential": (["--core", "--cost", "fused", "--engine", "sequential"], "--engine sequential has no cost fused; choose"),
-    "cost fused, thesis": (["--board", "cyclone3", "--cost", "fused", "--arithmetic", "thesis"], "thesis cannot compute the fused cost"),
-    "minimum": (["--core", "--cost", "fused", "--minimum", "256"], "--minimum.*from 0 to 255, not 256; choose"),
-    "minimum of the thesis": (["--core", "--minimum", "3"], "--minimum 3 belongs to the cost fused; choose"),
-    "refinement of the thesis": (["--board", "cyclone3", "--refine"], "--refine belongs to the cost fused; choose"),
-    "parameters of the thesis": (["--core", "--parameters", "none.toml"], "--parameters belongs to the cost fused; choose"),
-    "no parameters": (["--core", "--cost", "fused", "--parameters", "none.toml"], "cannot read none.toml"),
+    "method fused, sequential": (["--core", "--method", "fused", "--engine", "sequential"], "sequential has no method fused; choose"),
+    "method fused, thesis": (["--board", "cyclone3", "--method", "fused", "--arithmetic", "thesis"], "cannot compute the method fused"),
+    "cost": (["--core", "--cost", "fused"], "--cost is now --method; write --method fused"),
+    "minimum": (["--core", "--method", "fused", "--minimum", "256"], "--minimum.*from -64 to 255, not 256; choose"),
+    "minimum of the thesis": (["--core", "--minimum", "3"], "--minimum 3 belongs to the method fused; choose"),
+    "refinement of the thesis": (["--board", "cyclone3", "--refine"], "--refine belongs to the method fused; choose"),
+    "parameters of the thesis": (["--core", "--parameters", "none.toml"], "--parameters belongs to the method fused; choose"),
+    "no parameters": (["--core", "--method", "fused", "--parameters", "none.toml"], "cannot read none.toml"),
     "abbreviated option": (["--core", "--disp", "4"], "--disp"),
 }
 

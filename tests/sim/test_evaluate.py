@@ -27,11 +27,12 @@ def never(monkeypatch):
     ("--simulator questa", "--simulator"),
     ("--disparities 8", "--disparities"),
     ("--arithmetic float", "--arithmetic float has no gateware; choose"),
-    ("--engine sequential --cost fused", "--engine sequential has no cost fused; choose"),
-    ("--minimum 3", "--minimum 3 belongs to the cost fused; choose"),
-    ("--cost fused --minimum 256", "--minimum must be a whole number from 0 to 255, not 256; choose"),
-    ("--refine", "--refine belongs to the cost fused; choose"),
-    ("--cost fused --parameters none.toml", "cannot read none.toml"),
+    ("--cost fused", "--cost is now --method; write --method fused"),
+    ("--engine sequential --method fused", "--engine sequential has no method fused; choose"),
+    ("--minimum 3", "--minimum 3 belongs to the method fused; choose"),
+    ("--method fused --minimum 256", "--minimum must be a whole number from -64 to 255, not 256; choose"),
+    ("--refine", "--refine belongs to the method fused; choose"),
+    ("--method fused --parameters none.toml", "cannot read none.toml"),
     ("--json figures.txt", "figures.txt has the suffix .txt"),
     ("--json none/figures.json", "the folder none of figures.json does not exist"),
 ])
@@ -87,7 +88,7 @@ def fake(monkeypatch, fault):
 
 
 @pytest.mark.parametrize("fault", [0, 2])
-@pytest.mark.parametrize("cost", [[], ["--cost", "fused"], ["--cost", "fused", "--sub-pixel", "--u1", "9"]], ids=" ".join)
+@pytest.mark.parametrize("cost", [[], ["--method", "fused"], ["--method", "fused", "--sub-pixel", "--u1", "9"]], ids=" ".join)
 def test_figures(pairs, monkeypatch, tmp_path, capsys, cost, fault):
     """Every part of every word counts; disparities are judged in pixels; exit status 1 if a pixel is wrong."""
     configs = fake(monkeypatch, fault)
@@ -96,7 +97,7 @@ def test_figures(pairs, monkeypatch, tmp_path, capsys, cost, fault):
     assert told["mismatches"] == fault * len(pairs) * (3 if cost else 1)
     assert f"Mismatching pixels against golden: {told['mismatches']}" in capsys.readouterr().out
     assert [(config.labels, config.max_width) for config in configs] == [(5, 20), (8, 31)]
-    assert {config.method.weights[0] for config in configs} == {9 if "--u1" in cost else 17 if cost else 15}
+    assert {config.rule.weights[0] for config in configs} == {9 if "--u1" in cost else 17 if cost else 15}
     figures = told["bad_pixels_percent"]
     assert told["average"] == pytest.approx(np.mean([value for pair in figures.values() for value in pair.values()]))
     for (name, pair), config in zip(pairs.items(), configs):

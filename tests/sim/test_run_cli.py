@@ -77,20 +77,21 @@ def fails(capsys, folder, arguments):
     ("left.png right.png --disparities 8 --u2 64", "--u2"),
     ("left.png right.png --disparities 8 --simulator questa", "--simulator"),
     ("left.png right.png --disparities 8 --depth 8", "--depth"),
-    # The cost fused, and what belongs to it.
-    ("left.png right.png --disparities 8 --cost census", "--cost"),
-    ("left.png right.png --disparities 8 --cost fused --engine sequential", "--engine sequential has no cost fused; choose"),
-    ("left.png right.png --disparities 8 --cost fused --arithmetic thesis", "--arithmetic thesis cannot compute the fused cost; choose"),
-    ("left.png right.png --disparities 8 --cost fused --fraction-bits 2", "--fraction-bits 2 belongs to the cost thesis; leave it out"),
-    ("left.png right.png --disparities 8 --cost fused --minimum 256", "--minimum must be a whole number from 0 to 255, not 256; choose"),
-    ("left.png right.png --disparities 8 --cost fused --minimum -1", "--minimum must be a whole number from 0 to 255, not -1; choose"),
-    ("left.png right.png --disparities 8 --cost fused --parameters none.toml", "cannot read none.toml"),
-    ("left.png right.png --disparities 8 --cost fused --parameters text.png", "text.png is not a TOML file"),
-    ("left.png right.png --disparities 8 --minimum 3", "--minimum 3 belongs to the cost fused; choose"),
-    ("left.png right.png --disparities 8 --refine", "--refine belongs to the cost fused; choose"),
-    ("left.png right.png --disparities 8 --no-median --engine sequential", "--no-median belongs to the cost fused; choose"),
-    ("left.png right.png --disparities 8 --sub-pixel", "--sub-pixel belongs to the cost fused; choose"),
-    ("left.png right.png --disparities 8 --parameters none.toml", "--parameters belongs to the cost fused; choose"),
+    # The method fused, and what belongs to it.
+    ("left.png right.png --disparities 8 --method census", "--method"),
+    ("left.png right.png --disparities 8 --method fused --engine sequential", "--engine sequential has no method fused; choose"),
+    ("left.png right.png --disparities 8 --method fused --arithmetic thesis", "--arithmetic thesis cannot compute the method fused"),
+    ("left.png right.png --disparities 8 --method fused --fraction-bits 2", "--fraction-bits 2 belongs to the method thesis; choose"),
+    ("left.png right.png --disparities 8 --method fused --minimum 256", "--minimum must be a whole number from -64 to 255, not 256"),
+    ("left.png right.png --disparities 8 --method fused --minimum -65", "--minimum must be a whole number from -64 to 255, not -65"),
+    ("left.png right.png --disparities 8 --method fused --parameters none.toml", "cannot read none.toml"),
+    ("left.png right.png --disparities 8 --method fused --parameters text.png", "text.png is not a TOML file"),
+    ("left.png right.png --disparities 8 --minimum 3", "--minimum 3 belongs to the method fused; choose"),
+    ("left.png right.png --disparities 8 --refine", "--refine belongs to the method fused; choose"),
+    ("left.png right.png --disparities 8 --no-median --engine sequential", "--no-median belongs to the method fused; choose"),
+    ("left.png right.png --disparities 8 --cost fused", "--cost is now --method; write --method fused"),
+    ("left.png right.png --disparities 8 --sub-pixel", "--sub-pixel belongs to the method fused; choose"),
+    ("left.png right.png --disparities 8 --parameters none.toml", "--parameters belongs to the method fused; choose"),
 ])
 def test_bad_arguments(pair, monkeypatch, capsys, arguments, told):
     monkeypatch.chdir(pair)
@@ -195,8 +196,8 @@ def test_results_of_an_earlier_run_are_gone(pair, monkeypatch):
     (folder / "mine.png").touch()
     fused, plain = ["passed.png", "confidence.png"], ["disparity.txt"]
     always = {"left.txt", "right.txt", "disparity.npy", "disparity.png", "report.json", "mine.png"}
-    for options, files in [(["--cost", "fused", "--waves"], [*fused, *plain, "matcher.vcd"]), ([], plain),
-                           (["--cost", "fused", "--sub-pixel"], fused), ([], plain)]:
+    for options, files in [(["--method", "fused", "--waves"], [*fused, *plain, "matcher.vcd"]), ([], plain),
+                           (["--method", "fused", "--sub-pixel"], fused), ([], plain)]:
         assert run.main(["left.png", "right.png", "--disparities", "8", "--output", "out", *options]) == 0
         assert {path.name for path in folder.iterdir() if path.is_file()} == {*always, *files}
         assert {*json.loads((folder / "report.json").read_text())["files"]} == {*always, *files} - {"report.json", "mine.png"}

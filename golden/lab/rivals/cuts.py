@@ -89,7 +89,7 @@ def thesis_energy(cost: NDArray[Any], left: NDArray[Any], config: MatcherConfig)
         raise ValueError(f"the energy is cut in the arithmetic linear only, not {config.method.arithmetic}")
     label = np.arange(config.labels)
     w1, w2, w3 = slopes(left, config).astype(np.int64)
-    return GridEnergy(cost.astype(np.int64) * config.method.energy_scale, w1[:, 1:], w2[1:] + w3[:-1], np.abs(label - label[:, None]))
+    return GridEnergy(cost.astype(np.int64) * config.rule.energy_scale, w1[:, 1:], w2[1:] + w3[:-1], np.abs(label - label[:, None]))
 
 
 def expand(energy: GridEnergy, labels: Labels, alpha: int) -> Labels:

@@ -45,7 +45,7 @@ def line_terms(cost: NDArray[Any], left: NDArray[Any], labels: NDArray[Any], loc
     rows = slice(max(y - 1, 0), y + 2)  # slopes read one line above and one below
     w1, w2, w3 = slopes(np.asarray(left)[rows], config)[:, y - rows.start].astype(np.int64)
     label = np.arange(cost.shape[-1])
-    data = cost[y].astype(np.int64) * config.method.energy_scale
+    data = cost[y].astype(np.int64) * config.rule.energy_scale
     for weight, neighbours, number in ((w2, labels, y - 1), (w3, local, y + 1)):
         if 0 <= number < len(cost):
             data += weight[:, None] * np.abs(label - np.asarray(neighbours)[number, :, None])

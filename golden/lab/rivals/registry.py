@@ -8,7 +8,8 @@ from typing import Any
 
 from numpy.typing import NDArray
 
-from ...config import FUSED_1, FUSED_2, Arithmetic, Fused, MatcherConfig, OnePass
+from ...config import FUSED_1, FUSED_2, Arithmetic, MatcherConfig, OnePass
+from ...config import Method as MatcherMethod
 from ...matcher.cost import matching_cost
 from ...matcher.energy import energy
 from ...matcher.matcher import disparities as match
@@ -50,13 +51,13 @@ class Method:
     ours: bool = False
 
 
-def _disparities(left: NDArray[Any], right: NDArray[Any], labels: int, method: OnePass | Fused) -> NDArray[Any]:
-    """Disparities by the one-pass rule, in the golden model."""
+def _disparities(left: NDArray[Any], right: NDArray[Any], labels: int, method: MatcherMethod) -> NDArray[Any]:
+    """Disparities by a method of ours, in the golden model."""
     result: NDArray[Any] = match(left, right, MatcherConfig(labels, method=method))
     return result
 
 
-def _ours(about: str, method: OnePass | Fused, published: str | None = None, lowers: bool = False) -> Method:
+def _ours(about: str, method: MatcherMethod, published: str | None = None, lowers: bool = False) -> Method:
     return Method(functools.partial(_disparities, method=method), about, published=published, lowers=lowers, ours=True)
 
 

@@ -130,13 +130,13 @@ def disparities(left: NDArray[Any], right: NDArray[Any], config: MatcherConfig, 
     config = counted_in(smoothness)
     local = np.argmin(cost[..., ::-1], axis=-1) if choice.last else local_disparity(cost)
     shift = 8 if smoothness is Arithmetic.THESIS and not exact else 0
-    scale = 256 if choice.numbers.endswith("/256") else config.method.energy_scale
+    scale = 256 if choice.numbers.endswith("/256") else config.rule.energy_scale
     weights = slopes(left, config).astype(np.float64 if exact else np.int32)
     energy = cost.astype(weights.dtype) * scale
     if choice.outside:
         ramp = np.arange(config.labels)
         edges: tuple[Any, ...] = (np.s_[:, 0], np.s_[0], np.s_[-1])  # left, upper, lower
-        for at, weight in zip(edges, config.method.weights, strict=True):
+        for at, weight in zip(edges, config.rule.weights, strict=True):
             term = ramp * slope(0, weight, config)
             energy[at] += term >> shift if shift else term
     if not choice.last:

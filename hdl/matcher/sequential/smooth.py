@@ -154,9 +154,9 @@ class Smooth(wiring.Component):
 
         # Stage 2: what the table's row is multiplied by.
         if config.method.arithmetic is Arithmetic.LINEAR:
-            factor = Signal(range(config.method.slope_max + 1), reset_less=True)
+            factor = Signal(range(config.rule.slope_max + 1), reset_less=True)
             product = sum((Mux(bit, likeness << place, 0) for place, bit in enumerate(self.weight)), Const(0, 1))
-            m.d.sync += factor.eq((product << config.method.slope_shift) >> 8)
+            m.d.sync += factor.eq((product << config.rule.slope_shift) >> 8)
             dropped_bits = 0
         else:
             factor = Signal.like(likeness, reset_less=True)

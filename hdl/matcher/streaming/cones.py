@@ -76,7 +76,7 @@ class Cones(wiring.Component):
         m = Module()
         config = self.config
         labels = config.labels
-        slope_shape = range(config.method.slope_max + 1)
+        slope_shape = range(config.rule.slope_max + 1)
 
         # Likeness 256 - |dI|, 0 without a neighbour; slope.
         if self.size_max:
@@ -98,11 +98,11 @@ class Cones(wiring.Component):
             product, _ = multiply(m, f"product_{name}", likeness, weight)
             if self.size_max:
                 each = Signal(WEIGHT_BITS, name=f"{name}_each", reset_less=True)
-                m.d.sync += each.eq((product << config.method.slope_shift) >> 8)
-                slope = multiply(m, name, each, size.o)[0][:config.method.slope_max.bit_length()]
+                m.d.sync += each.eq((product << config.rule.slope_shift) >> 8)
+                slope = multiply(m, name, each, size.o)[0][:config.rule.slope_max.bit_length()]
             else:
                 slope = Signal(slope_shape, name=name, reset_less=True)
-                m.d.sync += slope.eq((product << config.method.slope_shift) >> 8)
+                m.d.sync += slope.eq((product << config.rule.slope_shift) >> 8)
             slopes.append(slope)
         w1, w2, w3 = slopes
 
@@ -128,10 +128,10 @@ class Cones(wiring.Component):
         later    = at_cones.o
         vertex   = Signal(data.StructLayout({"low": range(labels), "high": range(labels)}), reset_less=True)
         cone     = Signal(range(2 * config.smooth_max + 1), reset_less=True)
-        both     = Signal(range(2 * config.method.slope_max + 1), reset_less=True)
-        apart    = Signal(range(-config.method.slope_max, config.method.slope_max + 1), reset_less=True)
+        both     = Signal(range(2 * config.rule.slope_max + 1), reset_less=True)
+        apart    = Signal(range(-config.rule.slope_max, config.rule.slope_max + 1), reset_less=True)
         slope    = Signal(slope_shape, reset_less=True)
-        negative = Signal(range(-config.method.slope_max, 1), reset_less=True)
+        negative = Signal(range(-config.rule.slope_max, 1), reset_less=True)
         m.d.sync += [
             vertex.low.eq(later.low), vertex.high.eq(later.high), cone.eq(cone_upper + cone_lower),
             both.eq(later.w2 + later.w3), slope.eq(later.w1), negative.eq(-later.w1),

@@ -91,7 +91,7 @@ class StreamingEngine(wiring.Component):
         self.label_output = label_output(
             config, costs, in_flight=config.line_width + self.queue_depth + self.output_depth + config.lead + config.labels,
             array_latency=self.array.latency, selection_latency=self.selection_latency)
-        names = dict.fromkeys((*config.method.weights._fields, "in_use", *costs.settings, *label_output.settings))
+        names = dict.fromkeys((*config.rule.weights._fields, "in_use", *costs.settings, *label_output.settings))
         super().__init__({
             "i": In(stream.Signature(costs.columns_of(config))),
             "o": Out(stream.Signature(self.label_output.o.shape())),

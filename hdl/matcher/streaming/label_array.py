@@ -24,7 +24,7 @@ class UpWave(data.StructLayout):
     ``below_low`` and ``below_high`` tell whether this label is below the vertices.
     """
     def __init__(self, config: MatcherConfig):
-        slope = config.method.slope_max
+        slope = config.rule.slope_max
         super().__init__({
             "cone": range(-config.smooth_max, 2 * config.smooth_max + 1),
             "falling": range(-3 * slope, 1),
@@ -45,7 +45,7 @@ def chosen_step(wave: data.View, below_low: Value, below_high: Value) -> Value:
 
 def up_values(config: MatcherConfig) -> range:
     """Range of an energy in the upward pass: data term and cones, less ``w1 * d``."""
-    return range(-config.smooth_max, (config.method.data_max << config.method.energy_shift) + 2 * config.smooth_max + 1)
+    return range(-config.smooth_max, (config.rule.data_max << config.rule.energy_shift) + 2 * config.smooth_max + 1)
 
 
 class UpCell(wiring.Component):
@@ -88,7 +88,7 @@ class UpCell(wiring.Component):
             o.eq(self.i), o.cone.eq(self.i.cone + self.i.step),
             o.below_low.eq(below_low), o.below_high.eq(below_high), o.step.eq(chosen_step(self.i, below_low, below_high)),
         ]
-        m.d.sync += energy.eq(((~self.cost).as_unsigned()[:len(self.cost)] << self.config.method.energy_shift) + self.i.cone)
+        m.d.sync += energy.eq(((~self.cost).as_unsigned()[:len(self.cost)] << self.config.rule.energy_shift) + self.i.cone)
 
         # Stage 2: the recursion.
         if self.label == 0:
@@ -104,7 +104,7 @@ class UpCell(wiring.Component):
 class DownWave(data.StructLayout):
     """Terms of the downward pass: ``ramp = 2 * w1 * d`` at this label, and ``2 * w1``."""
     def __init__(self, config: MatcherConfig):
-        super().__init__({"ramp": range(2 * config.smooth_max + 1), "step": range(2 * config.method.slope_max + 1)})
+        super().__init__({"ramp": range(2 * config.smooth_max + 1), "step": range(2 * config.rule.slope_max + 1)})
 
 
 class DownCell(wiring.Component):

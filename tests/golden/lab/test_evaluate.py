@@ -78,7 +78,7 @@ def test_command(quick, capsys, tmp_path):
         expected = PUBLISHED[row["arithmetic"]].split()[:3]
         assert [f"{row['pairs']['tsukuba'][mask]:.2f}" for mask in ("nonocc", "all", "disc")] == expected
         assert row["average"] == pytest.approx(sum(row["pairs"]["tsukuba"].values()) / 3)
-        line = next(line for line in printed.out.splitlines() if row["arithmetic"] in line)
+        line = next(line for line in printed.out.splitlines() if f"│ {row['name']} " in line)
         assert [word for word in line.split() if word[0].isdigit()] == expected
     assert len(list(tmp_path.iterdir())) == 1
 
@@ -93,26 +93,33 @@ def test_options(quick, capsys, tmp_path):
     base = row("--arithmetic", "linear")
     for options in (["--fraction-bits", "0"], ["--u1", "3"], ["--u2", "3"], ["--u3", "3"]):
         assert row("--arithmetic", "linear", *options) != base
-    assert json.loads((tmp_path / "a.json").read_text())["u3"] == 3
+    document = json.loads((tmp_path / "a.json").read_text())
+    assert document["rows"][0]["method_parameters"] == {
+        "arithmetic": "linear", "fraction_bits": 3, "weights": {"u1": 15, "u2": 10, "u3": 3}}
 
 
 @pytest.mark.parametrize("arguments, expected", [
-    ([], {"rule alone": "4.34 5.88 11.42", "refined": "3.17 4.12 9.51"}),
+    ([], {"unrefined": "4.34 5.88 11.42", "refined": "3.17 4.12 9.51"}),
     (["--refine"], {"refined": "3.17 4.12 9.51"}),
-    (["--no-check", "--no-fill", "--no-median"], {"rule alone": "4.34 5.88 11.42"}),
+    (["--no-check", "--no-fill", "--no-median"], {"unrefined": "4.34 5.88 11.42"}),
     (["--refine", "--sub-pixel", "--threshold", "0.5"], {"refined": "31.72 32.55 27.88", "refined + sub-pixel": "28.32 29.22 25.67"}),
     (["--no-median"], {"check + fill": None}),
     (["--no-refine", "--median", "--sub-pixel"], {"median": None, "median + sub-pixel": None}),
 ])
 def test_fused_rows(quick, capsys, tmp_path, arguments, expected):
-    assert main(["--cost", "fused", *arguments, "--json", str(tmp_path / "a.json")]) == 0
+    assert main(["--method", "fused", *arguments, "--json", str(tmp_path / "a.json")]) == 0
     document = json.loads((tmp_path / "a.json").read_text())
-    assert (document["cost"], document["u1"], document["u2"], document["u3"], document["fraction_bits"]) == ("fused", 17, 30, 22, 3)
-    assert [row["stages"] for row in document["rows"]] == list(expected)
+    assert document["method"] == "fused"
+    for row in document["rows"]:
+        told = row["method_parameters"]
+        assert (told["weights"], told["energy_shift"]) == ({"u1": 17, "u2": 30, "u3": 22}, 3)
+        assert told["refinement"]["sub_pixel"] == ("sub-pixel" in row["name"])
+        assert told["refinement"]["median"] == ("refined" in row["name"].split() or "median" in row["name"])
+    assert [row["name"] for row in document["rows"]] == list(expected)
     assert {row["arithmetic"] for row in document["rows"]} == {"linear"}
     printed = capsys.readouterr().out
     for row, figures in zip(document["rows"], expected.values()):
-        line = next(line for line in printed.splitlines() if f"│ {row['stages']} " in line and "tsukuba" in line)
+        line = next(line for line in printed.splitlines() if f"│ {row['name']} " in line and "tsukuba" in line)
         shown = [f"{value:.2f}" for value in row["pairs"]["tsukuba"].values()]
         assert line.replace("│", " ").split()[-3:] == shown
         assert figures is None or shown == figures.split()
@@ -121,9 +128,10 @@ def test_fused_rows(quick, capsys, tmp_path, arguments, expected):
 
 
 @pytest.mark.parametrize("arguments, message", [
-    (["--cost", "fused", "--arithmetic", "float"], "--arithmetic float cannot compute the fused cost; choose --arithmetic linear"),
-    (["--cost", "fused", "--u3", "64"], "--u3 must be a whole number from 0 to 63, not 64"),
-    (["--no-refine"], "--no-refine belongs to the cost fused"),
+    (["--method", "fused", "--arithmetic", "float"], "--arithmetic float cannot compute the method fused; choose --arithmetic linear"),
+    (["--cost", "fused"], "--cost is now --method; write --method fused"),
+    (["--method", "fused", "--u3", "64"], "--u3 must be a whole number from 0 to 63, not 64"),
+    (["--no-refine"], "--no-refine belongs to the method fused"),
     (["--threshold", "-1"], "--threshold must be a number of pixels from 0, not -1"),
     (["--threshold", "nan"], "--threshold must be a number of pixels from 0, not nan"),
     (["--threshold", "half"], "half"),

@@ -61,8 +61,9 @@ def test_command(capsys, tmp_path, suffix, start):
 
 @pytest.mark.parametrize("arguments, message", [
     (["--output", "a.jpg"], "a.jpg has the suffix .jpg"),
-    (["--cost", "thesis"], "--cost thesis has no confidence; choose --cost fused"),
-    (["--arithmetic", "thesis"], "--arithmetic thesis cannot compute the fused cost"),
+    (["--cost", "thesis"], "--cost is now --method; write --method thesis"),
+    (["--method", "thesis"], "--method thesis has no confidence; choose --method fused"),
+    (["--arithmetic", "thesis"], "--arithmetic thesis cannot compute the method fused"),
     (["--data", "none"], "the data folder none does not exist"),
     (["surplus"], "unrecognized arguments: surplus"),
 ])

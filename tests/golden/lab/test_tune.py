@@ -127,7 +127,7 @@ def test_an_interrupted_search_keeps_its_best(lab, folder, monkeypatch):
     figures, calls = tune._figures, []
 
     def breaks(*arguments):
-        calls.append(read_parameters("a.toml") if calls else None)
+        calls.append(read_parameters("a.toml", "fused") if calls else None)
         if len(calls) == 3:
             raise KeyboardInterrupt
         return figures(*arguments)
@@ -145,7 +145,7 @@ def test_command(lab, folder, capsys):
     assert (folder / "a.toml").read_bytes() == (folder / "b.toml").read_bytes()  # whatever the number of processes
     printed = capsys.readouterr()
     assert printed.err == ""
-    best = read_parameters("a.toml")
+    best = read_parameters("a.toml", "fused")
     line = next(line for line in printed.out.splitlines() if "one" in line)
     expected = [f"{sum(tune.objective(tune._pairs(['one'], '')[0], params).values()):.2f}" for params in (FUSED_1, best)]
     assert line.replace("│", " ").split() == ["train", "one", *expected]
@@ -154,14 +154,14 @@ def test_command(lab, folder, capsys):
 
 def test_the_file_is_read(folder, capsys):
     write_parameters("a.toml", changed(FUSED_1, u1=63, u2=1, median_size=3), "worse")
-    match = ["match", "one/left.png", "one/right.png", "--disparities", "8", "--cost", "fused"]
+    match = ["match", "one/left.png", "one/right.png", "--disparities", "8", "--method", "fused"]
     outputs = []
     for number, options in enumerate([["--parameters", "a.toml"], ["--parameters", "a.toml", "--u1", "17"], []]):
         assert main([*match, *options, "--output", f"{number}.npy"]) == 0
         outputs.append(np.load(f"{number}.npy"))
     assert (outputs[0] != outputs[1]).any() and (outputs[1] != outputs[2]).any()
     assert main([*match[:-2], "--parameters", "a.toml", "--output", "3.npy"]) == 2
-    assert "--parameters belongs to the cost fused" in capsys.readouterr().err
+    assert "--parameters belongs to the method fused" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("arguments, message", [

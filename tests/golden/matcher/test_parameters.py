@@ -13,15 +13,15 @@ PARAMETERS = changed(FUSED_1, truncation=100, cost_factor=3, census_weight=20, c
 
 def test_back_and_forth(tmp_path):
     write_parameters(tmp_path / "a.toml", PARAMETERS, "first line\nsecond line")
-    assert read_parameters(tmp_path / "a.toml") == PARAMETERS
+    assert read_parameters(tmp_path / "a.toml", "fused") == PARAMETERS
     assert (tmp_path / "a.toml").read_text().startswith("# first line\n# second line\n[fused]\ntruncation = 100\n")
 
 
 def test_what_is_not_named_is_the_default(tmp_path):
     (tmp_path / "a.toml").write_text("[fused]\nu1 = 3\n")
-    assert read_parameters(tmp_path / "a.toml") == changed(FUSED_1, u1=3)
+    assert read_parameters(tmp_path / "a.toml", "fused") == changed(FUSED_1, u1=3)
     (tmp_path / "a.toml").write_text("[fused]\n")
-    assert read_parameters(tmp_path / "a.toml") == FUSED_1
+    assert read_parameters(tmp_path / "a.toml", "fused") == FUSED_1
 
 
 @pytest.mark.parametrize("text, message", [
@@ -39,4 +39,4 @@ def test_bad_files(tmp_path, text, message):
     if text is not None:
         (tmp_path / "a.toml").write_text(text)
     with pytest.raises(UserError, match=message):
-        read_parameters(tmp_path / "a.toml")
+        read_parameters(tmp_path / "a.toml", "fused")

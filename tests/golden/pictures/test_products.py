@@ -88,7 +88,8 @@ def test_the_sheet_s_scale_is_what_is_searched(folder, monkeypatch):
 
 
 def test_fractions_have_products_too(folder):
-    assert main([*PAIR, "--cost", "fused", "--sub-pixel", "--colour", "c.png", "--depth", "z.npy", "--focal", "50", "--baseline", "2"]) == 0
+    options = ["--method", "fused", "--sub-pixel", "--colour", "c.png", "--depth", "z.npy", "--focal", "50", "--baseline", "2"]
+    assert main([*PAIR, *options]) == 0
     disparity = np.load("d.npy")
     assert (disparity != np.rint(disparity)).any()
     np.testing.assert_array_equal(np.load("z.npy"), depth(disparity, Calibration(50, 2)).astype(np.float32))

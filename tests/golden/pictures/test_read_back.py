@@ -38,7 +38,7 @@ def run(tmp_path, monkeypatch):
 
 
 @READERS
-@pytest.mark.parametrize("arguments", [[], ["--cost", "fused", "--sub-pixel"], ["--minimum", "250"]])
+@pytest.mark.parametrize("arguments", [[], ["--method", "fused", "--sub-pixel"], ["--minimum", "250"]])
 def test_disparities(run, read, arguments):
     disparity, command = run(*arguments)
     assert main([*command, "--output", "d.pfm"]) == 0
@@ -53,7 +53,7 @@ def test_disparities(run, read, arguments):
 
 
 @READERS
-@pytest.mark.parametrize("arguments", [[], ["--cost", "fused", "--sub-pixel"]])
+@pytest.mark.parametrize("arguments", [[], ["--method", "fused", "--sub-pixel"]])
 def test_kitti(run, read, arguments):
     disparity, command = run(*arguments)
     assert main([*command, "--output", "d.png", "--png-scale", "256"]) == 0

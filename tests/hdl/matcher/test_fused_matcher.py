@@ -1,5 +1,5 @@
 # amaranth: UnusedElaboratable=no
-"""The matcher with the cost fused; its blocks have tests of their own."""
+"""The matcher with the method fused; its blocks have tests of their own."""
 
 
 import numpy as np

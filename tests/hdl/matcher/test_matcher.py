@@ -83,7 +83,7 @@ ENGINES = [MatcherConfig(labels=6, max_width=16, engine=engine, method=OnePass(a
 def test_parameters(config):
     """Built-in ones until the first pulse; new ones from the next frame on, even if they are set while a frame is output."""
     left, right, _ = scene(14, 5, 6, seed=1)
-    sets = [(*config.method.weights, 6), (0, WEIGHT_MAX, 0, 6), (WEIGHT_MAX, 0, 1, 3), (*config.method.weights, 5), (3, 0, WEIGHT_MAX, 1)]
+    sets = [(*config.rule.weights, 6), (0, WEIGHT_MAX, 0, 6), (WEIGHT_MAX, 0, 1, 3), (*config.rule.weights, 5), (3, 0, WEIGHT_MAX, 1)]
     expected = [golden_words(left, right, config.with_settings(dict(zip(("u1", "u2", "u3", "in_use"), values)))) for values in sets]
     assert all(a != b for n, a in enumerate(expected) for b in expected[:n])  # each set gives another picture
     dut = Matcher(config)
@@ -181,7 +181,7 @@ def test_more_labels_in_use_than_there_are(config):
     dut = Matcher(config)
 
     async def script(ctx, send_words, given):
-        await apply_settings(ctx, dut, config.method.weights, 256)
+        await apply_settings(ctx, dut, config.rule.weights, 256)
         await send_words(pixel_words(left, right))
 
     given, _ = run_script(dut, script, left.size)

@@ -1,5 +1,6 @@
 """Methods as parts: a third one is three files and a row, and everything that composes, simulates and builds takes it as it is."""
 
+import json
 import pathlib
 import re
 
@@ -7,7 +8,8 @@ import numpy as np
 import pytest
 from amaranth.hdl import Fragment
 
-from golden.config import FUSED_1, METHODS, Engine, MatcherConfig
+from golden.__main__ import main as golden_main
+from golden.config import FUSED_1, METHODS, Engine, MatcherConfig, changed
 from golden.matcher.matcher import match
 from golden.pictures.scenes import discriminates, scene
 from hdl import build
@@ -15,6 +17,7 @@ from hdl.matcher import methods
 from hdl.matcher.matcher import Matcher
 from hdl.matcher.methods import Parts
 from hdl.matcher.stage import CostArray, LabelOutput, Stage
+from sim import run
 from sim.kit.cases import noise, pixel_words
 from sim.kit.harness import mismatches, simulate
 from sim.kit.streams import run_stream
@@ -52,13 +55,44 @@ def test_third_method_in_the_harness(row, tmp_path):
     config = MatcherConfig(6, 40, method=Toy())
     left, right, _ = scene(40, 4, 6, seed=5)
     result = simulate(config, [left, left], [right, right], simulator="icarus", work_dir=tmp_path, settings={"u1": 63, "in_use": 4})
-    changed = config.with_settings({"u1": 63, "in_use": 4})
-    assert [mismatches(result, number, left, right, changed) for number in (0, 1)] == [0, 0]
+    weighted = config.with_settings({"u1": 63, "in_use": 4})
+    assert [mismatches(result, number, left, right, weighted) for number in (0, 1)] == [0, 0]
     assert mismatches(result, 0, left, right, config) > 0
     matcher = Matcher(config)
     Fragment.get(matcher, None)
     told = build.manifest_of("matcher", matcher, {}, 4, {})
-    assert told["parameters"]["cost"] == "toy" and told["parameters"]["method"] == {"weights": (20, 10, 5)}
+    assert told["parameters"]["method"] == "toy" and told["parameters"]["method_parameters"] == {"weights": (20, 10, 5)}
+
+
+@pytest.fixture
+def chosen(row, monkeypatch):
+    monkeypatch.setitem(METHODS, "toy", Toy)
+
+
+def test_third_method_on_the_command_line(chosen, tmp_path, capsys):
+    """Software, simulated Verilog and build take it by its name, with the options of its parameters."""
+    left, right, _ = scene(40, 4, 6, seed=5)
+    for name, picture in (("left", left), ("right", right)):
+        np.save(tmp_path / f"{name}.npy", np.asarray(picture, dtype=np.uint8))
+    pair = [str(tmp_path / "left.npy"), str(tmp_path / "right.npy"), "--disparities", "6", "--method", "toy", "--u2", "3"]
+    expected = toy_match(left, right, MatcherConfig(6, 40, method=changed(Toy(), u2=3)))["disparity"]
+    assert (expected != toy_match(left, right, MatcherConfig(6, 40, method=Toy()))["disparity"]).any()
+    assert golden_main(["match", *pair, "--output", str(tmp_path / "d.npy")]) == 0
+    assert (np.load(tmp_path / "d.npy") == expected).all()
+    assert run.main([*pair, "--simulator", "icarus", "--output", str(tmp_path / "run")]) == 0
+    assert (np.load(tmp_path / "run" / "disparity.npy") == expected).all()
+    report = json.loads((tmp_path / "run" / "report.json").read_text())
+    assert (report["method"], report["method_parameters"], report["mismatches"]) == ("toy", {"weights": [20, 3, 5]}, 0)
+    assert "6 disparities, method toy, linear arithmetic, streaming engine" in capsys.readouterr().out
+    core = ["--core", "--width", "8", "--disparities", "2", "--method", "toy"]
+    assert build.main([*core, "--output", str(tmp_path / "core")]) == 0
+    assert json.loads((tmp_path / "core" / "manifest.json").read_text())["parameters"]["method"] == "toy"
+    refused = {"--engine sequential": "--engine sequential has no method toy; choose --engine streaming or --method thesis",
+               "--minimum 3": "--minimum 3 belongs to the method fused; choose --method fused",
+               "--arithmetic float": "--arithmetic float has no gateware; choose linear"}
+    for options, told in refused.items():
+        assert build.main([*core, *options.split(), "--output", str(tmp_path / "none")]) == 2
+        assert told in capsys.readouterr().err
 
 
 def test_every_method_has_its_parts():

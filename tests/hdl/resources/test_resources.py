@@ -18,7 +18,7 @@ from hdl.resources.clock import Clock
 from hdl.resources.count import FIGURES, Count, Resources, count
 from hdl.resources.devices import DEFAULT_DEVICE, DEVICES
 from hdl.resources.mapping import Mapped, map_cyclone3
-from hdl.resources.report import as_json, method, table, tree
+from hdl.resources.report import as_json, counting, table, tree
 
 
 DEVICE = DEVICES[DEFAULT_DEVICE]
@@ -330,8 +330,8 @@ def test_json():
 
 
 def test_method_tells_its_error():
-    assert "at best 90 logic elements (-10.9 %)" in method(example())
-    assert "110 (+8.9 %)" in method(example())
+    assert "at best 90 logic elements (-10.9 %)" in counting(example())
+    assert "110 (+8.9 %)" in counting(example())
 
 
 @pytest.mark.parametrize("thesis", [False, True])
@@ -354,7 +354,7 @@ def test_command_line(tmp_path, capsys):
 @pytest.mark.parametrize("arguments, sentence", [
     (["--device", "spartan"], "there is no device 'spartan'; choose one of: EP3C120F780C7"),
     (["--arithmetic", "float"], "--arithmetic float has no gateware; choose thesis or linear"),
-    (["--arithmetic", "float", "--cost", "fused"], "--arithmetic float has no gateware; choose linear"),
+    (["--arithmetic", "float", "--method", "fused"], "--arithmetic float has no gateware; choose linear"),
     (["--width", "0"], "--width must be a whole number from 1 to 4096, not 0; choose a value in that range"),
     (["--disparities", "1"], "not 1; choose a value in that range"),
     (["--json", "count.txt"], "choose one of these for --json"),

@@ -1,6 +1,8 @@
 """Parameters of the toy method, and what follows from them."""
 
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass, replace
+from typing import ClassVar
 
 from golden.config import PIXEL_MAX, WEIGHT_MAX, Arithmetic, Engine, MatchingCost, Weights
 from golden.config.limits import weight_settings
@@ -15,6 +17,8 @@ class Toy:
     weights: Weights = _WEIGHTS
 
     name = "toy"
+    ABOUT = "absolute differences"
+    SWITCHES: ClassVar[Mapping[str, str]] = {}
     arithmetic = Arithmetic.LINEAR
     engines = (Engine.STREAMING,)
     matching_cost = MatchingCost(Arithmetic.LINEAR)
