@@ -91,7 +91,7 @@ def fails(capsys, folder, arguments):
     ("left.png right.png --disparities 8 --no-median --engine sequential", "--no-median belongs to the method fused; choose"),
     ("left.png right.png --disparities 8 --cost fused", "--cost is now --method; write --method fused"),
     ("left.png right.png --disparities 8 --sub-pixel", "--sub-pixel belongs to the method fused; choose"),
-    ("left.png right.png --disparities 8 --parameters none.toml", "--parameters belongs to the method fused; choose"),
+    ("left.png right.png --disparities 8 --parameters none.toml", "--parameters none.toml belongs to the method fused; choose"),
 ])
 def test_bad_arguments(pair, monkeypatch, capsys, arguments, told):
     monkeypatch.chdir(pair)

@@ -161,7 +161,7 @@ def test_the_file_is_read(folder, capsys):
         outputs.append(np.load(f"{number}.npy"))
     assert (outputs[0] != outputs[1]).any() and (outputs[1] != outputs[2]).any()
     assert main([*match[:-2], "--parameters", "a.toml", "--output", "3.npy"]) == 2
-    assert "--parameters belongs to the method fused" in capsys.readouterr().err
+    assert "--parameters a.toml belongs to the method fused" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("arguments, message", [
