@@ -26,7 +26,7 @@ COMMANDS = {
     "gaps": (gaps.main, "how far the rule is from the minimum cut of each line"),
     "compare": (compare.main, "our methods and OpenCV's side by side on hard scenes, with pictures"),
     "thesis": (thesis.main, "every table and figure of the thesis, with ours for comparison"),
-    "tune": (tune.main, "a search for better parameters of the fused cost"),
+    "tune": (tune.main, "a search for better parameters of a method"),
 }
 
 

@@ -151,7 +151,7 @@ def test_options_exist(module, command, options, capsys):
 @pytest.mark.parametrize("option, start", [("--method", "`--method fused` chooses"), ("--engine", "Of these,")])
 def test_readme_tells_which_commands_take_a_method(option, start, capsys):
     readme = " ".join(text(ROOT / "README.md").split())
-    sentence, = re.findall(rf"{start} (.*?)\.(?: |$)", readme.replace("(where it is the default)", ""))
+    sentence, = re.findall(rf"{start} (.*?)\.(?: |$)", readme)
     told = re.findall(r"`((?:golden |hdl\.|sim\.)[a-z]+)`", sentence)
     taking = {f"{module} {command}" if module == "golden" else module for module, command, _ in commands(ROOT / "README.md")
               if f"[{option} " in help_of(module, command, capsys)}

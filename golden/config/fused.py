@@ -196,6 +196,11 @@ class Fused:
         return MatchingCost(self.arithmetic)
 
     @property
+    def cost_max(self) -> int:
+        """Largest cost ``C`` of a candidate."""
+        return self.cost.maximum
+
+    @property
     def joined_max(self) -> int:
         """Largest cost ``V`` with those of the lines above and below: of four shares."""
         return self.cost.maximum * 4 if self.vertical else self.cost.maximum

@@ -1,6 +1,7 @@
-"""`python -m golden tune`: search for better parameters of the fused cost."""
+"""`python -m golden tune`: search for better parameters of a method."""
 
 import argparse
+import itertools
 import warnings
 from collections.abc import Sequence
 from pathlib import Path
@@ -13,7 +14,7 @@ from ..cli import Parser, progress
 from ..config import FUSED_1, Fused, MatcherConfig, changed, value_of
 from ..errors import UserError, run_cli
 from ..files import check_output
-from ..matcher.parameters import PARAMETER_SUFFIX, read_parameters, write_parameters
+from ..matcher.parameters import NAMED, PARAMETER_SUFFIX, NamedMethod, read_parameters, write_parameters
 from ..pictures.dataset import StereoPair, motorcycle, pairs_in
 from ..pictures.scenes import layers
 from ..tables import print_table
@@ -21,16 +22,18 @@ from .evaluate import average, evaluate
 from .workers import Run, add_worker_options, check_installed, workers
 
 
-__all__ = ["SPACE", "main", "objective", "search"]
+__all__ = ["SPACES", "main", "objective", "search"]
 
 
-# Parameters that are searched, and their ranges. Factor, shift and tolerance are fixed, so the cost keeps its 8 bits and the gateware its
-# size.
-SPACE = {
-    "truncation": range(40, 401), "census_weight": range(0, 101), "cost_outside": range(1, 81),
-    "census_rows": range(3, 8, 2), "census_columns": range(3, 10, 2), "arm_threshold": range(3, 31), "reach": range(4, 32),
-    "u1": range(1, 64), "u2": range(1, 64), "u3": range(1, 64), "median_size": range(3, 6, 2),
-    "vertical_lines": range(2), "vertical_threshold": range(3, 61),
+#: Parameters of a method that are searched, and their ranges; a further method adds a row. Factor, shift and tolerance are fixed, so the
+#: cost keeps its 8 bits and the gateware its size.
+SPACES: dict[str, dict[str, range]] = {
+    Fused.name: {
+        "truncation": range(40, 401), "census_weight": range(0, 101), "cost_outside": range(1, 81),
+        "census_rows": range(3, 8, 2), "census_columns": range(3, 10, 2), "arm_threshold": range(3, 31), "reach": range(4, 32),
+        "u1": range(1, 64), "u2": range(1, 64), "u3": range(1, 64), "median_size": range(3, 6, 2),
+        "vertical_lines": range(2), "vertical_threshold": range(3, 61),
+    },
 }
 
 # Trials whose parameters are suggested together and whose results are reported together: the search does not depend on the number of
@@ -42,12 +45,12 @@ ATTEMPTS = 400
 BUILT_IN = {"motorcycle": "the Motorcycle pair of scikit-image", "scenes": "synthetic scenes with occlusions"}
 
 
-def objective(pair: StereoPair, params: Fused) -> dict[str, float]:
+def objective(pair: StereoPair, params: NamedMethod) -> dict[str, float]:
     """Percentage of bad pixels of a pair for each of its masks, all stages of the refinement on."""
     return evaluate([pair], lambda disparities: MatcherConfig(disparities, method=params))[pair.name]
 
 
-def _figures(run: Run, pairs: Sequence[StereoPair], candidates: Sequence[Fused]) -> list[dict[str, dict[str, float]]]:
+def _figures(run: Run, pairs: Sequence[StereoPair], candidates: Sequence[NamedMethod]) -> list[dict[str, dict[str, float]]]:
     """Figures of every candidate on every pair."""
     jobs = [(objective, pair, params) for params in candidates for pair in pairs]
     found: dict[int, dict[str, float]] = {}
@@ -55,21 +58,21 @@ def _figures(run: Run, pairs: Sequence[StereoPair], candidates: Sequence[Fused])
     return [{pair.name: found[len(pairs) * number + at] for at, pair in enumerate(pairs)} for number in range(len(candidates))]
 
 
-def _suggest(trial: Any, names: Sequence[str], start: Fused, cost_bits: int) -> Fused | None:
+def _suggest(trial: Any, names: Sequence[str], start: NamedMethod, cost_bits: int) -> NamedMethod | None:
     """Parameters to try; ``None`` if their cost has too many bits."""
-    values = {}
+    values, space = {}, SPACES[start.name]
     for name in names:
-        greatest = min(SPACE[name][-1], (1 << cost_bits) - 1) if name == "cost_outside" else SPACE[name][-1]
-        values[name] = trial.suggest_int(name, SPACE[name][0], greatest, step=SPACE[name].step)
+        greatest = min(space[name][-1], (1 << cost_bits) - 1) if name == "cost_outside" else space[name][-1]
+        values[name] = trial.suggest_int(name, space[name][0], greatest, step=space[name].step)
     try:
         params = changed(start, **values)
     except ValueError:  # more than eight bits
         return None
-    return params if params.cost.maximum.bit_length() <= cost_bits else None
+    return params if params.cost_max.bit_length() <= cost_bits else None
 
 
-def search(run: Run, pairs: Sequence[StereoPair], names: Sequence[str], trials: int, seed: int, start: Fused = FUSED_1,
-           advance: Any = None, cost_bits: int = 8) -> tuple[Fused, float]:
+def search(run: Run, pairs: Sequence[StereoPair], names: Sequence[str], trials: int, seed: int, start: NamedMethod = FUSED_1,
+           advance: Any = None, cost_bits: int = 8) -> tuple[NamedMethod, float]:
     """Parameters of the least average of bad pixels on ``pairs``; the search is Optuna's TPE, and the same for the same seed.
 
     Parameters
@@ -79,7 +82,8 @@ def search(run: Run, pairs: Sequence[StereoPair], names: Sequence[str], trials: 
     pairs : sequence of StereoPair
         Names must differ.
     names : sequence of str
-        Of :data:`SPACE`: the parameters that are searched, from a ``start`` within it. The others keep the values of ``start``.
+        Of :data:`SPACES` of the method: the parameters that are searched, from a ``start`` within it. The others keep the values of
+        ``start``.
     trials : int
         The first is ``start`` itself, so the result is never worse.
     advance : callable or None
@@ -89,7 +93,8 @@ def search(run: Run, pairs: Sequence[StereoPair], names: Sequence[str], trials: 
 
     Returns
     -------
-    params : Fused
+    params : NamedMethod
+        Of the class of ``start``.
     value : float
         Average of all masks of all pairs, percent.
     """
@@ -153,15 +158,19 @@ def parser() -> Parser:
     """The arguments of the command."""
     words = "; ".join(f"the word {word}: {what}" for word, what in BUILT_IN.items())
     result = Parser(prog="golden tune", formatter_class=argparse.ArgumentDefaultsHelpFormatter, description=(
-        "Searches parameters of the fused cost with the fewest bad pixels on some pairs, and shows the result on others. A place of pairs "
+        "Searches parameters of a method with the fewest bad pixels on some pairs, and shows the result on others. A place of pairs "
         f"is a pair's folder or a folder of such (see docs/data.md); {words}. The same seed gives the same result."))
     result.add_argument("--train", nargs="+", required=True, metavar="PLACE", help="pairs that the search sees")
     result.add_argument("--test", nargs="+", default=list(BUILT_IN), metavar="PLACE", help="pairs that the search does not see")
     result.add_argument("--trials", type=int, default=200, metavar="N", help="parameter sets to try, including the start")
     result.add_argument("--seed", type=int, default=1, metavar="S", help="of the search")
-    result.add_argument("--search", nargs="+", choices=SPACE, default=list(SPACE), metavar="NAME", help="parameters that are searched")
-    result.add_argument("--start", type=Path, metavar="fused-1|fused-2|fused-3|FILE",
-                        help="parameters to start from, fused-1 by default")
+    result.add_argument("--method", choices=list(SPACES), default=next(iter(SPACES)), metavar="|".join(SPACES), help="whose parameters")
+    searched = "; ".join(f"{name}: {' '.join(space)}" for name, space in SPACES.items())
+    result.add_argument("--search", nargs="+", metavar="NAME", default=argparse.SUPPRESS,
+                        help=f"parameters that are searched (default: {searched})")
+    sets = {method: list(NAMED[method]) for method in SPACES}
+    result.add_argument("--start", type=Path, metavar="|".join([*itertools.chain(*sets.values()), "FILE"]), default=argparse.SUPPRESS,
+                        help=f"parameters to start from (default: {', '.join(names[0] for names in sets.values())})")
     result.add_argument("--cost-bits", type=int, default=8, metavar="B", help="most bits of a cost, hence of memory for lines of costs")
     add_worker_options(result)
     result.add_argument("--output", type=Path, required=True, metavar="FILE",
@@ -178,13 +187,17 @@ def run(argv: Sequence[str] | None) -> None:
     if not 1 <= options.cost_bits <= 8:
         raise UserError(f"--cost-bits must be 1 to 8, not {options.cost_bits}; a cost has 8 bits at most")
     output = check_output(options.output, (PARAMETER_SUFFIX,))
-    start = read_parameters(options.start, Fused.name) if options.start else FUSED_1
-    for name in options.search:
-        if value_of(start, name) not in SPACE[name]:
-            raise UserError(f"{options.start or 'fused-1'} has {name} = {value_of(start, name)}, which is not within the "
-                            f"{SPACE[name][0]} to {SPACE[name][-1]} of the search; leave it out of --search")
-    if start.cost.maximum.bit_length() > options.cost_bits:
-        raise UserError(f"the cost of the start reaches {start.cost.maximum}, more than --cost-bits {options.cost_bits} hold; "
+    space, place = SPACES[options.method], getattr(options, "start", None) or next(iter(NAMED[options.method]))
+    start: NamedMethod = read_parameters(place, options.method)
+    searched = getattr(options, "search", list(space))
+    for name in searched:
+        if name not in space:
+            raise UserError(f"--search {name} is no parameter that is searched of the method {start.name}; choose from {', '.join(space)}")
+        if value_of(start, name) not in space[name]:
+            raise UserError(f"{place} has {name} = {value_of(start, name)}, which is not within the "
+                            f"{space[name][0]} to {space[name][-1]} of the search; leave it out of --search")
+    if start.cost_max.bit_length() > options.cost_bits:
+        raise UserError(f"the cost of the start reaches {start.cost_max}, more than --cost-bits {options.cost_bits} hold; "
                         "start from parameters with a greater cost_shift")
     train, test = _pairs(options.train, "--train"), _pairs(options.test, "--test")
     common = {pair.name for pair in train} & {pair.name for pair in test}
@@ -196,9 +209,9 @@ def run(argv: Sequence[str] | None) -> None:
         task = bar.add_task("", total=options.trials)
 
         places = ", ".join(pair.name for pair in train)
-        written: Fused | None = None
+        written: NamedMethod | None = None
 
-        def advance(done: int, least: float, best: Fused) -> None:
+        def advance(done: int, least: float, best: NamedMethod) -> None:
             nonlocal written
             bar.update(task, completed=done, description=f"least average {least:.2f} %")
             if best != written or done == options.trials:  # an interrupted search keeps its best
@@ -206,7 +219,7 @@ def run(argv: Sequence[str] | None) -> None:
                 write_parameters(output, best, note)
                 written = best
 
-        best, _ = search(compute, train, options.search, options.trials, options.seed, start, advance, options.cost_bits)
+        best, _ = search(compute, train, searched, options.trials, options.seed, start, advance, options.cost_bits)
         rows = {part: _figures(compute, pairs, [start, best]) for part, pairs in (("train", train), ("test", test))}
 
     table = Table(title="Bad pixels: off by more than 1 pixel, percent, average of the masks")
@@ -217,7 +230,7 @@ def run(argv: Sequence[str] | None) -> None:
             table.add_row("" if number else part, name, *(f"{np.mean(list(figures[name].values())):.2f}" for figures in (before, after)))
         table.add_row("", "average", f"{average(before):.2f}", f"{average(after):.2f}", end_section=True)
     print_table(table)
-    others = [f"{name} {value_of(start, name)} -> {value_of(best, name)}" for name in Fused.LIMITS
+    others = [f"{name} {value_of(start, name)} -> {value_of(best, name)}" for name in start.LIMITS
               if value_of(start, name) != value_of(best, name)]
     print(f"{output}: {', '.join(others) or 'nothing better than the start'}")
 

@@ -22,6 +22,10 @@ class NamedMethod(Method, Protocol):
     #: Those that a file may have, and their limits.
     LIMITS: ClassVar[Mapping[str, range]]
 
+    @property
+    def cost_max(self) -> int:
+        """Largest cost of a candidate; its bits are what the gateware's memories for costs hold."""
+
 
 #: Sets that need no file, for each method that has such, its default first.
 NAMED: dict[str, dict[str, NamedMethod]] = {"fused": {"fused-1": FUSED_1, "fused-2": FUSED_2, "fused-3": FUSED_3}}

@@ -1,16 +1,18 @@
 """golden.lab.tune: the search is reproducible, never worse than its start, and the command's file is read by the others."""
 
 import pathlib
+from dataclasses import dataclass
 
 import numpy as np
 import pytest
 
 from golden.__main__ import main
-from golden.config import FUSED_1, FUSED_2, FUSED_3, Fused, changed, value_of
+from golden.config import FUSED_1, FUSED_2, FUSED_3, METHODS, Fused, changed, value_of
 from golden.lab import tune
 from golden.lab.evaluate import average
 from golden.lab.workers import workers
-from golden.matcher.parameters import read_parameters, write_parameters
+from golden.matcher.matcher import MATCHERS
+from golden.matcher.parameters import NAMED, read_parameters, write_parameters
 from golden.pictures.dataset import StereoPair
 from golden.pictures.images import write_picture
 from golden.pictures.scenes import layers
@@ -42,9 +44,11 @@ def folder(tmp_path, monkeypatch):
 
 
 def test_space_is_allowed_and_holds_the_default():
-    for name, values in tune.SPACE.items():
-        assert value_of(FUSED_1, name) in values
-        assert values[0] in Fused.LIMITS[name] and values[-1] in Fused.LIMITS[name]
+    for method, space in tune.SPACES.items():
+        start = next(iter(NAMED[method].values()))
+        for name, values in space.items():
+            assert value_of(start, name) in values
+            assert values[0] in start.LIMITS[name] and values[-1] in start.LIMITS[name]
 
 
 def rows_of(page):
@@ -95,7 +99,7 @@ def test_search_learns(lab, monkeypatch):
 
 def test_search_survives_what_cannot_be(lab, monkeypatch):
     # Half of the space is beyond the 8 bits of the cost.
-    monkeypatch.setitem(tune.SPACE, "truncation", range(156, 1024))
+    monkeypatch.setitem(tune.SPACES["fused"], "truncation", range(156, 1024))
     with workers(1) as run:
         params, _ = tune.search(run, [pair("one")], ["truncation"], 16, 1)
     assert params.cost.maximum <= 255
@@ -152,6 +156,24 @@ def test_command(lab, folder, capsys):
     assert any("test" in line and "two" in line for line in printed.out.splitlines())
 
 
+def test_further_method(lab, folder, monkeypatch, capsys):
+    """A method with rows of its own is searched from its own start, among its own parameters, into a table of its own."""
+    @dataclass(frozen=True)
+    class Mine(Fused):
+        name = "mine"
+
+    for rows, row in ((METHODS, Mine), (NAMED, {"mine-1": changed(Mine(), u1=5)}), (tune.SPACES, {"u1": range(4, 7)})):
+        monkeypatch.setitem(rows, "mine", row)
+    monkeypatch.setitem(MATCHERS, Mine, MATCHERS[Fused])
+    command = ["tune", "--method", "mine", "--train", "one", "--test", "two", "--trials", "3", "--workers", "1", "--output", "a.toml"]
+    assert main(command) == 0
+    best = read_parameters("a.toml", "mine")
+    assert isinstance(best, Mine) and value_of(best, "u1") in range(4, 7) and changed(best, u1=5) == NAMED["mine"]["mine-1"]
+    assert "[mine]\n" in (folder / "a.toml").read_text()
+    assert main([*command[:-1], "b.toml", "--start", "fused-2"]) == 2
+    assert "fused-2 has parameters of the method fused; choose --method fused, or one of mine-1" in capsys.readouterr().err
+
+
 def test_the_file_is_read(folder, capsys):
     write_parameters("a.toml", changed(FUSED_1, u1=63, u2=1, median_size=3), "worse")
     match = ["match", "one/left.png", "one/right.png", "--disparities", "8", "--method", "fused"]
@@ -172,7 +194,8 @@ def test_the_file_is_read(folder, capsys):
     (["--train", "one", "--trials", "0"], "--trials must be at least 1, not 0"),
     (["--train", "one", "--workers", "0"], "--workers must be at least 1, not 0"),
     (["--train", "one", "--seed", "-1"], "--seed must be at least 0, not -1"),
-    (["--train", "one", "--search", "u4"], "u4"),
+    (["--train", "one", "--search", "u1", "u4"], "--search u4 is no parameter that is searched of the method fused; choose"),
+    (["--train", "one", "--method", "thesis"], "argument --method: invalid choice: 'thesis'"),
     (["--train", "one", "--cost-bits", "9"], "--cost-bits must be 1 to 8, not 9"),
     (["--train", "one", "--cost-bits", "4"], "the cost of the start reaches 138, more than --cost-bits 4 hold"),
     (["--train", "one", "--start", "none.toml"], "cannot read none.toml"),

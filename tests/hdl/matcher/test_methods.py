@@ -9,7 +9,7 @@ import pytest
 from amaranth.hdl import Fragment
 
 from golden.__main__ import main as golden_main
-from golden.config import FUSED_1, METHODS, Engine, MatcherConfig, changed
+from golden.config import METHODS, Engine, MatcherConfig, changed, parameters_of
 from golden.matcher.matcher import match
 from golden.pictures.scenes import discriminates, scene
 from hdl import build
@@ -101,7 +101,8 @@ def test_every_method_has_its_parts():
     for kind, parts in methods.METHODS.items():
         assert issubclass(parts.costs, CostArray) and issubclass(parts.label_output, LabelOutput)
         assert all(issubclass(stage, Stage) for stage in (*parts.pixels, *parts.columns, *parts.labels))
-        config = MatcherConfig(4, 16, engine=Engine.STREAMING, method=FUSED_1 if kind is type(FUSED_1) else kind(arithmetic="linear"))
+        method = changed(kind(), arithmetic="linear") if "arithmetic" in parameters_of(kind()) else kind()
+        config = MatcherConfig(4, 16, engine=Engine.STREAMING, method=method)
         matcher = Matcher(config)
         Fragment.get(matcher, None)  # Amaranth complains of a component that is not used
         composed = matcher.parts
@@ -111,14 +112,13 @@ def test_every_method_has_its_parts():
 
 
 def test_branches_on_methods_stand_in_their_files():
-    """Which method it is decides in the files that list methods, in their golden functions and on the command line only."""
-    branch = re.compile(r"isinstance\([^()]*method, ?[A-Z]\w+\)|\bCost\.|\.fused\b(?! import)|method\.name [!=]= ")
-    allowed = {"golden/cli.py", "golden/config/__init__.py"}
+    """Which method it is decides in the files that list methods, by class or name, and in their golden functions only."""
+    branch = re.compile(r"isinstance\([^()]*method, ?[A-Z]\w+\)|\bCost\.|\.fused\b(?! import)|(method\.name|options\.method) [!=]= ")
     found = {}
     for package in ("golden", "hdl", "boards", "sim"):
         for path in (ROOT / package).rglob("*.py"):
             name = path.relative_to(ROOT).as_posix()
             code = [line for line in path.read_text(encoding="utf-8").splitlines() if "matcher.fused" not in line]
-            if name not in allowed and (hits := [line for line in code if branch.search(line)]):
+            if hits := [line for line in code if branch.search(line)]:
                 found[name] = hits
     assert found == {}
