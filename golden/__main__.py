@@ -19,7 +19,7 @@ __all__ = ["main"]
 
 COMMANDS = {
     "match": (match.main, "disparities of a pair of pictures"),
-    "evaluate": (evaluate.main, "bad pixels on the Middlebury benchmark"),
+    "evaluate": (evaluate.main, "bad pixels on the Middlebury benchmark or other sets"),
     "data": (checksums.main, "whether a folder holds the Middlebury pairs"),
     "sparsification": (sparsification.main, "whether confidence ranks errors"),
     "rivals": (rivals.main, "bad pixels and time of other methods and of ours"),

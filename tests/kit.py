@@ -3,6 +3,9 @@
 import contextlib
 import functools
 import gc
+import os
+import pathlib
+import tempfile
 import warnings
 
 import pytest
@@ -10,6 +13,7 @@ from amaranth.hdl import UnusedElaboratable
 
 from golden.errors import UserError
 from golden.pictures.dataset import PAIRS, data_folder, load_pair, motorcycle
+from golden.pictures.sets import load_data
 
 
 @contextlib.contextmanager
@@ -31,18 +35,31 @@ def middlebury(name):
     return load_pair(folder, name)  # a folder that is there must be whole
 
 
+@functools.cache
+def training_sets():
+    """The sets in ``$STEREO_TRAIN``, else in ../shared/data/middlebury-train from the repository's root; skips the test without them."""
+    default = pathlib.Path(__file__).resolve().parents[2] / "shared" / "data" / "middlebury-train"
+    folder = pathlib.Path(os.environ.get("STEREO_TRAIN") or default)
+    if not folder.is_dir():
+        pytest.skip(f"the folder {folder} does not exist; name one of fourteen Middlebury sets of 2005 and 2006 with STEREO_TRAIN")
+    return load_data(folder)
+
+
 @contextlib.contextmanager
 def only(name):
-    """Within the block the benchmark has one pair; afterwards all, in the same order. Skips the test if the data are missing."""
+    """Within the block the benchmark, and its folder, has one pair; afterwards all, in the same order. Skips the test without the data."""
     middlebury(name)
-    every = dict(PAIRS)
-    for other in every.keys() - {name}:
-        del PAIRS[other]
-    try:
-        yield
-    finally:
-        PAIRS.clear()
-        PAIRS.update(every)
+    with tempfile.TemporaryDirectory() as folder, pytest.MonkeyPatch.context() as context:
+        pathlib.Path(folder, name).symlink_to(data_folder().resolve() / name, target_is_directory=True)
+        context.setenv("STEREO_DATA", folder)
+        every = dict(PAIRS)
+        for other in every.keys() - {name}:
+            del PAIRS[other]
+        try:
+            yield
+        finally:
+            PAIRS.clear()
+            PAIRS.update(every)
 
 
 @functools.cache

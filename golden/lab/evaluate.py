@@ -1,4 +1,4 @@
-"""`python -m golden evaluate`: bad pixels on the Middlebury benchmark."""
+"""`python -m golden evaluate`: bad pixels on the Middlebury benchmark, or on any other sets."""
 
 import argparse
 import dataclasses
@@ -13,8 +13,9 @@ from ..config import Arithmetic, MatcherConfig, Method, changed, parameters_of, 
 from ..errors import run_cli
 from ..files import check_output, write_json
 from ..matcher.matcher import disparities as match
-from ..pictures.dataset import MASKS, PAIRS, StereoPair, add_data_option, load_pairs
+from ..pictures.dataset import MASKS, PAIRS, StereoPair, add_data_option
 from ..pictures.metrics import bad_pixels
+from ..pictures.sets import add_noise_option, check_noise, load_data, with_noise
 from ..pictures.truth import add_threshold_option, check_threshold
 from ..tables import print_table
 
@@ -79,11 +80,13 @@ def table(rows: dict[str, Figures], threshold: float = 1.0, column: str = "metho
 def parser() -> Parser:
     """The arguments of the command."""
     result = Parser(prog="golden evaluate", description=(
-        "Bad pixels of the golden model on the four pairs of the Middlebury benchmark. Without a switch, a method with stages of "
-        "refinement is shown without and with all of them; --sub-pixel shows disparities rounded to pixels and with a fraction."))
-    add_data_option(result)
+        "Bad pixels of the golden model on the four pairs of the Middlebury benchmark, or on all sets of another folder. Without a "
+        "switch, a method with stages of refinement is shown without and with all of them; --sub-pixel shows disparities rounded to "
+        "pixels and with a fraction."))
+    add_data_option(result, sets=True)
     add_method_options(result, thesis="all three")
     add_threshold_option(result)
+    add_noise_option(result)
     result.add_argument("--json", type=Path, metavar="FILE", help="write the figures there too, percent; suffix .json")
     return result
 
@@ -118,10 +121,13 @@ def run(argv: Sequence[str] | None) -> None:
     """The command; :class:`UserError` on bad input."""
     options = parser().parse_args(argv)
     check_threshold(options)
+    check_noise(options)
     rows = _rows(options)
     sample = [configure(max(disparities for disparities, _ in PAIRS.values())) for configure in rows.values()]
     output = check_output(options.json, (".json",), option="--json") if options.json else None
-    pairs = load_pairs(options.data)
+    pairs = load_data(options.data)
+    if options.noise:
+        pairs = [with_noise(pair, options.noise) for pair in pairs]
 
     results: dict[str, Figures] = {}
     with progress() as bar:
@@ -135,12 +141,16 @@ def run(argv: Sequence[str] | None) -> None:
 
     if output:
         document: dict[str, Any] = {
-            "unit": f"percent of pixels off by more than {options.threshold:g} pixel", "method": options.method,
+            "unit": f"percent of pixels off by more than {options.threshold:g} pixel", "noise": options.noise,
+            "method": options.method,
             "rows": [
                 {"name": name, "arithmetic": config.method.arithmetic, "method_parameters": config.method.about(),
                  "average": average(figures), "pairs": figures} for config, (name, figures) in zip(sample, results.items(), strict=True)]}
         write_json(output, document)
-    print_table(table(results, options.threshold, f"method {options.method}"))
+    shown = table(results, options.threshold, f"method {options.method}")
+    if options.noise:
+        shown.title = f"{shown.title}; noise of {options.noise:g} grey levels"
+    print_table(shown)
 
 
 def main(argv: Sequence[str] | None = None) -> int:

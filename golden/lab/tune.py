@@ -15,8 +15,9 @@ from ..config import FUSED_1, Fused, MatcherConfig, changed, value_of
 from ..errors import UserError, run_cli
 from ..files import check_output
 from ..matcher.parameters import NAMED, PARAMETER_SUFFIX, NamedMethod, read_parameters, write_parameters
-from ..pictures.dataset import StereoPair, motorcycle, pairs_in
+from ..pictures.dataset import StereoPair, motorcycle
 from ..pictures.scenes import layers
+from ..pictures.sets import sets_in
 from ..tables import print_table
 from .evaluate import average, evaluate
 from .workers import Run, add_worker_options, check_installed, workers
@@ -146,7 +147,7 @@ def _pairs(places: Sequence[str], option: str) -> list[StereoPair]:
     """The pairs of all folders and built-in names."""
     result: list[StereoPair] = []
     for place in places:
-        result += [motorcycle()] if place == "motorcycle" else _scenes() if place == "scenes" else pairs_in(place)
+        result += [motorcycle()] if place == "motorcycle" else _scenes() if place == "scenes" else sets_in(place)
     names = [pair.name for pair in result]
     for name in names:
         if names.count(name) > 1:

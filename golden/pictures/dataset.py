@@ -1,7 +1,6 @@
 """Stereo pairs with ground truth: the four of the Middlebury benchmark, and the one that ships with scikit-image."""
 
 import argparse
-import json
 import os
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -16,7 +15,8 @@ from .disparities import read_disparity
 from .images import grey, read_pair, read_picture
 
 
-__all__ = ["MASKS", "PAIRS", "StereoPair", "add_data_option", "data_folder", "load_pair", "load_pairs", "motorcycle", "pairs_in"]
+__all__ = ["MASKS", "PAIRS", "StereoPair", "add_data_option", "data_folder", "load_pair", "load_pairs", "motorcycle", "read_mask",
+           "same_size"]
 
 
 # Name: (number of disparities, units of the disparity picture a pixel), both given by the benchmark.
@@ -48,10 +48,11 @@ class StereoPair:
     disparities: int
 
 
-def add_data_option(parser: argparse.ArgumentParser, option: str = "--data") -> None:
-    """Add ``--data``, or an option of another name, for :func:`data_folder`."""
+def add_data_option(parser: argparse.ArgumentParser, option: str = "--data", sets: bool = False) -> None:
+    """Add ``--data``, or an option of another name, for :func:`data_folder`; ``sets``: the command takes other sets, too."""
+    others = ", or of other sets, see docs/data.md" if sets else ""
     parser.add_argument(option, type=Path, metavar="DIR",
-                        help=f"folder that holds {', '.join(PAIRS)} (default: $STEREO_DATA, else ../shared/data/middlebury)")
+                        help=f"folder that holds {', '.join(PAIRS)}{others} (default: $STEREO_DATA, else ../shared/data/middlebury)")
 
 
 def data_folder(data: str | os.PathLike[str] | None = None) -> Path:
@@ -78,7 +79,11 @@ def load_pair(folder: str | os.PathLike[str], name: str) -> StereoPair:
         One of :data:`PAIRS`.
     """
     disparities, scale = PAIRS[name]
-    return _load(Path(folder) / name, MASKS, scale, disparities)
+    files = Path(folder) / name
+    left, right = read_pair(files / "left.png", files / "right.png")
+    truth = read_disparity(files / "disp_left.png", scale)
+    same_size(files / "disp_left.png", truth, left)
+    return StereoPair(name, left, right, truth, {mask: read_mask(files / f"{mask}.png", left) for mask in MASKS}, disparities)
 
 
 def load_pairs(data: str | os.PathLike[str] | None = None, names: Iterable[str] | None = None) -> list[StereoPair]:
@@ -87,46 +92,17 @@ def load_pairs(data: str | os.PathLike[str] | None = None, names: Iterable[str] 
     return [load_pair(folder, name) for name in (PAIRS if names is None else names)]
 
 
-def pairs_in(path: str | os.PathLike[str]) -> list[StereoPair]:
-    """All pairs of a folder, in the order of their names: those of its folders that hold ``left.png``, or the folder itself if it does.
-
-    The layout is that of :func:`load_pair`, under any name: ``meta.json`` gives ``scale`` and, optionally, ``disp_range``, the least and
-    the greatest disparity; without it, the disparities that cover the truth are searched. Masks are optional; without any, all pixels of
-    known truth count.
-    """
-    path = Path(path)
-    if not path.is_dir():
-        raise UserError(f"the folder {path} does not exist; name one that holds pairs")
-    folders = [path] if (path / "left.png").exists() else sorted(each.parent for each in path.glob("*/left.png"))
-    if not folders:
-        raise UserError(f"the folder {path} holds no pair; name one whose folders hold left.png, right.png, disp_left.png and meta.json")
-    result = []
-    for files in folders:
-        try:
-            meta = json.loads((files / "meta.json").read_text(encoding="utf-8"))
-            scale, greatest = float(meta["scale"]), meta.get("disp_range", (0, None))[1]
-            disparities = None if greatest is None else int(greatest) + 1
-        except (OSError, ValueError, KeyError, TypeError, IndexError, AttributeError) as error:
-            raise UserError(f"{files / 'meta.json'} does not tell the scale of the disparities ({error!r}); "
-                            'write {"scale": units a pixel} into it') from error
-        if not scale > 0:
-            raise UserError(f"{files / 'meta.json'} has the scale {scale:g}, which is not above 0; correct it")
-        result.append(_load(files, [mask for mask in MASKS if (files / f"{mask}.png").exists()], scale, disparities))
-    return result
+def read_mask(path: str | os.PathLike[str], left: NDArray[np.uint8]) -> NDArray[np.bool_]:
+    """A mask of the size of the left picture: the pixels that are 255."""
+    mask: NDArray[np.bool_] = read_picture(path) == 255
+    same_size(path, mask, left)
+    return mask
 
 
-def _load(files: Path, names: Iterable[str], scale: float, disparities: int | None) -> StereoPair:
-    """The pair in a folder with the masks ``names``; see :func:`pairs_in` where there are none, and where ``disparities`` is ``None``."""
-    left, right = read_pair(files / "left.png", files / "right.png")
-    truth = read_disparity(files / "disp_left.png", scale)
-    masks = {mask: read_picture(files / f"{mask}.png") == 255 for mask in names}
-    for what, array in (("disp_left.png", truth), *((f"{mask}.png", array) for mask, array in masks.items())):
-        if array.shape != left.shape:
-            raise UserError(f"{files / what} and left.png differ in size: {array.shape} and {left.shape}; restore the data folder")
-    known = np.isfinite(truth)
-    if not known.any():
-        raise UserError(f"{files / 'disp_left.png'} holds no known disparity; restore the data folder")
-    return StereoPair(files.name, left, right, truth, masks or {"known": known}, disparities or int(np.ceil(truth[known].max())) + 1)
+def same_size(path: str | os.PathLike[str], array: NDArray[Any], left: NDArray[np.uint8]) -> None:
+    """:class:`UserError` unless what was read from ``path`` has the size of the left picture."""
+    if array.shape != left.shape:
+        raise UserError(f"{path} and its left picture differ in size: {array.shape} and {left.shape}; restore the data folder")
 
 
 def _blocks(picture: NDArray[Any], factor: int) -> NDArray[Any]:

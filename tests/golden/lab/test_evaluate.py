@@ -3,12 +3,16 @@
 import json
 import pathlib
 
+import numpy as np
 import pytest
 
 from golden.config import FUSED_1, FUSED_2, FUSED_3, Arithmetic, MatcherConfig, OnePass, Refinement, changed
 from golden.errors import UserError
 from golden.lab.evaluate import average, evaluate, main
 from golden.pictures.dataset import PAIRS
+from golden.pictures.images import write_picture
+from golden.pictures.scenes import layers
+from golden.pictures.sets import sets_in, with_noise
 from tests.kit import middlebury, only
 
 
@@ -98,6 +102,48 @@ def test_options(quick, capsys, tmp_path):
         "arithmetic": "linear", "fraction_bits": 3, "weights": {"u1": 15, "u2": 10, "u3": 3}}
 
 
+@pytest.fixture
+def folder(tmp_path):
+    """A folder with two sets in either layout."""
+    for seed, (name, left, right, truth) in enumerate([("a", "left", "right", "disp_left"), ("b", "view1", "view5", "disp1")]):
+        (tmp_path / name).mkdir()
+        *pair, labels, _ = layers(60, 40, 8, seed)
+        for file, picture in zip((left, right, truth), (*pair, np.uint8(3) * labels.astype(np.uint8))):
+            write_picture(tmp_path / name / f"{file}.png", picture)
+        (tmp_path / name / "meta.json").write_text('{"scale": 3}')
+    return tmp_path
+
+
+def test_sets(folder, capsys):
+    """A folder without the benchmark: one table of its sets, with computed masks."""
+    asked = ["--data", str(folder), "--method", "fused", "--refine", "--json", str(folder / "a.json")]
+    assert main(asked) == 0
+    printed = capsys.readouterr()
+    pairs = sets_in(folder)
+    expected = evaluate(pairs, lambda disparities: MatcherConfig(disparities, method=FUSED_1))
+    row, = json.loads((folder / "a.json").read_text())["rows"]
+    assert row["pairs"] == expected and row["average"] == pytest.approx(average(expected)) and printed.err == ""
+    lines = [line.replace("│", " ").split() for line in printed.out.splitlines()]
+    for name in "ab":
+        shown = next(line for line in lines if name in line)
+        assert shown[-3:] == [f"{expected[name][mask]:.2f}" for mask in ("nonocc", "all", "disc")]
+    assert ["average", "of", "6", f"{average(expected):.2f}"] in lines
+
+
+def test_noise(folder, capsys):
+    def figures(*options):
+        assert main(["--data", str(folder), "--arithmetic", "linear", *options, "--json", str(folder / "a.json")]) == 0
+        document = json.loads((folder / "a.json").read_text())
+        return document["noise"], document["rows"][0]["pairs"]
+
+    without, noisy = figures(), figures("--noise", "20")
+    title = " ".join(capsys.readouterr().out.split())  # it is wrapped
+    assert without[0] == 0 and noisy[0] == 20 and "noise of 20 grey levels" in title
+    assert figures("--noise", "0") == without != noisy == figures("--noise", "20")
+    pairs = [with_noise(pair, 20) for pair in sets_in(folder)]
+    assert noisy[1] == evaluate(pairs, lambda labels: MatcherConfig(labels, method=OnePass(Arithmetic.LINEAR)))
+
+
 @pytest.mark.parametrize("arguments, expected", [
     ([], {"unrefined": "4.34 5.88 11.42", "refined": "3.17 4.12 9.51"}),
     (["--refine"], {"refined": "3.17 4.12 9.51"}),
@@ -136,7 +182,10 @@ def test_fused_rows(quick, capsys, tmp_path, arguments, expected):
     (["--threshold", "nan"], "--threshold must be a number of pixels from 0, not nan"),
     (["--threshold", "half"], "half"),
     (["--data", "none"], "the data folder none does not exist"),
-    (["--data", "."], "left.png does not exist"),
+    (["--data", "."], "the folder . holds no set; give the benchmark, one with tsukuba, venus, teddy, cones, or a folder of sets"),
+    (["--noise", "-1"], "--noise must be a number of grey levels from 0 to 255, not -1"),
+    (["--noise", "nan"], "--noise must be a number of grey levels from 0 to 255, not nan"),
+    (["--noise", "256"], "--noise must be a number of grey levels from 0 to 255, not 256"),
     (["--json", "a.txt"], "suffix .txt"),
     (["--json", "none/a.json"], "the folder none of a.json does not exist"),
     (["--arithmetic", "decimal"], "decimal"),

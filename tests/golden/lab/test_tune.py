@@ -151,7 +151,7 @@ def test_command(lab, folder, capsys):
     assert printed.err == ""
     best = read_parameters("a.toml", "fused")
     line = next(line for line in printed.out.splitlines() if "one" in line)
-    expected = [f"{sum(tune.objective(tune._pairs(['one'], '')[0], params).values()):.2f}" for params in (FUSED_1, best)]
+    expected = [f"{average({'one': tune.objective(tune._pairs(['one'], '')[0], params)}):.2f}" for params in (FUSED_1, best)]
     assert line.replace("│", " ").split() == ["train", "one", *expected]
     assert any("test" in line and "two" in line for line in printed.out.splitlines())
 
