@@ -2,13 +2,15 @@
 
 import json
 import pathlib
+from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 import pytest
 
-from golden.config import FUSED_1, FUSED_2, FUSED_3, Arithmetic, MatcherConfig, OnePass, Refinement, changed
+from golden.config import FUSED_1, FUSED_2, FUSED_3, METHODS, Arithmetic, Fused, MatcherConfig, OnePass, Refinement, changed
 from golden.errors import UserError
-from golden.lab.evaluate import average, evaluate, main
+from golden.lab.evaluate import _rows, average, evaluate, main, parser
 from golden.pictures.dataset import PAIRS
 from golden.pictures.images import write_picture
 from golden.pictures.scenes import layers
@@ -171,6 +173,22 @@ def test_fused_rows(quick, capsys, tmp_path, arguments, expected):
         assert figures is None or shown == figures.split()
     threshold = arguments[-1] if "--threshold" in arguments else "1"
     assert f"off by more than {threshold} pixel" in document["unit"] and f"off by more than {threshold} pixel" in printed
+
+
+@pytest.mark.parametrize("words, rows", [("", ["bare"]), ("--sub-pixel --u1 3", ["bare", "bare + sub-pixel"])])
+def test_rows_of_a_method_without_switches(monkeypatch, words, rows):
+    """They have its name; the options reach it."""
+    @dataclass(frozen=True)
+    class Bare(Fused):
+        name = "bare"
+        SWITCHES: ClassVar = {}
+
+    monkeypatch.setitem(METHODS, "bare", Bare)
+    found = _rows(parser().parse_args(["--method", "bare", *words.split()]))
+    assert list(found) == rows
+    expected = changed(Bare(), u1=3) if words else Bare()
+    assert [configure(9) for configure in found.values()] == [
+        MatcherConfig(9, method=changed(expected, sub_pixel="sub-pixel" in row)) for row in rows]
 
 
 @pytest.mark.parametrize("arguments, message", [
