@@ -125,6 +125,7 @@ def test_method_without_the_rule(plain):
     """It has settings, and no energies."""
     config = MatcherConfig(16, method=Plain())
     assert list(config.settings) == ["in_use", "minimum", "smear"]
+    assert list(MatcherConfig(method=FUSED_2).settings) == ["u1", "u2", "u3", "in_use", "minimum", "check", "fill", "median"]
     for name in ("data_bits", "energy_bits", "smooth_max"):
         with pytest.raises(ValueError, match="the method must label by the disparity rule, and plain does not"):
             getattr(config, name)

@@ -1,6 +1,7 @@
 """sim.evaluate: how it ends on bad input, and what it makes of a simulation. No simulator runs here."""
 
 import json
+import re
 
 import numpy as np
 import pytest
@@ -88,16 +89,18 @@ def fake(monkeypatch, fault):
 
 
 @pytest.mark.parametrize("fault", [0, 2])
-@pytest.mark.parametrize("cost", [[], ["--method", "fused"], ["--method", "fused", "--sub-pixel", "--u1", "9"]], ids=" ".join)
-def test_figures(pairs, monkeypatch, tmp_path, capsys, cost, fault):
+@pytest.mark.parametrize("method", [[], ["--method", "fused"], ["--method", "fused", "--sub-pixel", "--u1", "9"]], ids=" ".join)
+def test_figures(pairs, monkeypatch, tmp_path, capsys, method, fault):
     """Every part of every word counts; disparities are judged in pixels; exit status 1 if a pixel is wrong."""
     configs = fake(monkeypatch, fault)
-    assert evaluate.main([*cost, "--json", str(tmp_path / "a.json")]) == int(fault > 0)
+    assert evaluate.main([*method, "--json", str(tmp_path / "a.json")]) == int(fault > 0)
     told = json.loads((tmp_path / "a.json").read_text())
-    assert told["mismatches"] == fault * len(pairs) * (3 if cost else 1)
-    assert f"Mismatching pixels against golden: {told['mismatches']}" in capsys.readouterr().out
+    assert told["mismatches"] == fault * len(pairs) * (3 if method else 1)
+    out = capsys.readouterr().out
+    assert f"Mismatching pixels against golden: {told['mismatches']}" in out
+    assert re.search(rf"┃ method +┃.*\n[^\n]*\n│ {'fused' if method else 'thesis'} +│ tsukuba", out)
     assert [(config.labels, config.max_width) for config in configs] == [(5, 20), (8, 31)]
-    assert {config.rule.weights[0] for config in configs} == {9 if "--u1" in cost else 17 if cost else 15}
+    assert {config.rule.weights[0] for config in configs} == {9 if "--u1" in method else 17 if method else 15}
     figures = told["bad_pixels_percent"]
     assert told["average"] == pytest.approx(np.mean([value for pair in figures.values() for value in pair.values()]))
     for (name, pair), config in zip(pairs.items(), configs):

@@ -342,10 +342,12 @@ def test_table_shows_the_thesis_at_its_size(thesis):
 
 def test_command_line(tmp_path, capsys):
     file = tmp_path / "count.json"
-    assert command.main(["--device", DEVICE.name, "--width", "16", "--disparities", "2", "--json", str(file)]) == 0
+    assert command.main(["--device", DEVICE.name, "--width", "16", "--disparities", "2", "--fraction-bits", "2", "--json", str(file)]) == 0
     document = json.loads(file.read_text())
     out = capsys.readouterr().out
     assert f"{document['total']['logic_elements']:,}" in out
+    assert (document["method"], document["method_parameters"]["fraction_bits"], document["arithmetic"]) == ("thesis", 2, "linear")
+    assert "method thesis, linear arithmetic" in out and document["counting"] in out
     assert "Error: " in out
     for figure in FIGURES:
         assert document["total"][figure] == sum(block[figure] for block in document["blocks"].values())
