@@ -16,7 +16,7 @@ from .matcher.parameters import NAMED, default_parameters, read_parameters
 
 
 __all__ = ["Parser", "add_gateware_options", "add_method_options", "add_minimum_option", "belongs", "check_disparities", "described",
-           "gateware_config", "method_config", "methods_with", "progress", "refines_by_default"]
+           "either", "gateware_config", "method_config", "methods_with", "progress", "refines_by_default"]
 
 
 class Parser(argparse.ArgumentParser):
@@ -45,6 +45,17 @@ def methods_with(has: Callable[[Method], bool]) -> list[str]:
     return [name for name, kind in METHODS.items() if has(kind())]
 
 
+def either(names: Sequence[str]) -> str:
+    """Names to choose from, in words.
+
+    Examples
+    --------
+    >>> either(["one"]), either(["one", "two", "three"])
+    ('one', 'one, two or three')
+    """
+    return " or ".join([*([", ".join(names[:-1])] if names[1:] else []), names[-1]])
+
+
 def belongs(option: str, methods: Sequence[str]) -> UserError:
     """What to say of an option, with its value if it has one, that belongs to these methods, and is given with another one.
 
@@ -53,7 +64,7 @@ def belongs(option: str, methods: Sequence[str]) -> UserError:
     >>> print(belongs("--sub-pixel", ["fused"]))
     --sub-pixel belongs to the method fused; choose --method fused or leave it out
     """
-    choice = " or ".join(methods)
+    choice = either(methods)
     return UserError(f"{option} belongs to the method {choice}; choose --method {choice} or leave it out")
 
 
@@ -183,7 +194,7 @@ def method_config(options: argparse.Namespace, disparities: int, arithmetic: Ari
     if "arithmetic" in parameters_of(method):
         values["arithmetic"] = options.arithmetic or arithmetic
     elif options.arithmetic not in (None, method.arithmetic):
-        others = " or ".join(methods_with(lambda other: "arithmetic" in parameters_of(other)))
+        others = either(methods_with(lambda other: "arithmetic" in parameters_of(other)))
         raise UserError(f"--arithmetic {options.arithmetic} cannot compute the method {method.name}; "
                         f"choose --arithmetic {method.arithmetic} or --method {others}")
     for name in method.SWITCHES:
@@ -225,7 +236,7 @@ def gateware_config(options: argparse.Namespace, disparities: int, max_width: in
         if chooses:
             raise UserError(f"--arithmetic {config.method.arithmetic} cannot be computed by the {engine} engine; "
                             f"choose --engine {' or '.join(engines)} or --arithmetic linear")
-        others = " or ".join(methods_with(lambda method: engine in method.engines))
+        others = either(methods_with(lambda method: engine in method.engines))
         raise UserError(f"--engine {engine} has no method {named.name}; choose --engine {' or '.join(engines)} or --method {others}")
     if options.minimum and "minimum" not in config.settings:
         raise belongs(f"--minimum {options.minimum}", methods_with(lambda method: "minimum" in method.settings(0)))

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from .cli import Parser, add_method_options, add_minimum_option, belongs, described, method_config, methods_with
+from .cli import Parser, add_method_options, add_minimum_option, belongs, described, either, method_config, methods_with
 from .config import MatcherConfig
 from .errors import UserError, run_cli
 from .files import check_output
@@ -62,7 +62,7 @@ def parser() -> Parser:
         "--output is a .png of 16 bits with disparity * S, rounded; 0 would be unknown, so disparity 0 is 1; S = 256 is KITTI's format"))
     for option, what in MAPS.items():
         result.add_argument(f"--{option}", type=Path, metavar="FILE", help=(
-            f"{what}; --method {' or '.join(_methods_with_field(option))} only, formats as of --output"))
+            f"{what}; --method {either(_methods_with_field(option))} only, formats as of --output"))
     return result
 
 

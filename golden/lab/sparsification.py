@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from rich.table import Table
 
-from ..cli import Parser, add_method_options, method_config, methods_with, progress
+from ..cli import Parser, add_method_options, either, method_config, methods_with, progress
 from ..config import Fused
 from ..errors import UserError, run_cli
 from ..files import check_output
@@ -100,7 +100,7 @@ def run(argv: Sequence[str] | None) -> None:
     options = parser().parse_args(argv)
     config = method_config(options, max(disparities for disparities, _ in PAIRS.values()))
     if "confidence" not in config.result_fields:
-        ranked = " or ".join(methods_with(lambda method: "confidence" in method.result_fields(config.labels, config.minimum)))
+        ranked = either(methods_with(lambda method: "confidence" in method.result_fields(config.labels, config.minimum)))
         raise UserError(f"--method {options.method} has no confidence; choose --method {ranked}")
     output = check_output(options.output, SHEET_SUFFIXES) if options.output else None
     pairs = load_pairs(options.data)

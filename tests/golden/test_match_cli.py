@@ -161,7 +161,7 @@ LIMITS = f"must be a whole number from 2 to {MatcherConfig.LABELS[-1]}"
     ([*PAIR, *NUMBER, *FUSED, "--passed", "new.jpg", *OUTPUT], "new.jpg has the suffix .jpg"),
     ([*PAIR, *NUMBER, *FUSED, "--confidence", "new.npy", *OUTPUT], "new.npy is given for --output and for --confidence"),
     ([*PAIR, *NUMBER, *FUSED, "--confidence", "left.png", *OUTPUT], "left.png is one of the files that are read; choose another"),
-    ([*PAIR, *NUMBER, "--refine", *OUTPUT], "--refine belongs to the method fused; choose --method fused"),
+    ([*PAIR, *NUMBER, "--refine", *OUTPUT], "--refine belongs to the method fused"),
     ([*PAIR, *NUMBER, "--no-median", *OUTPUT], "--no-median belongs to the method fused"),
     ([*PAIR, *NUMBER, "--sub-pixel", *OUTPUT], "--sub-pixel belongs to the method fused"),
     ([*PAIR, *NUMBER, "--passed", "p.npy", *OUTPUT], "--passed belongs to the method fused"),

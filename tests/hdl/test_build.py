@@ -278,9 +278,9 @@ BAD = {
     "method fused, thesis": (["--board", "cyclone3", "--method", "fused", "--arithmetic", "thesis"], "cannot compute the method fused"),
     "cost": (["--core", "--cost", "fused"], "--cost is now --method; write --method fused"),
     "minimum": (["--core", "--method", "fused", "--minimum", "256"], "--minimum.*from -64 to 255, not 256; choose"),
-    "minimum of the thesis": (["--core", "--minimum", "3"], "--minimum 3 belongs to the method fused; choose"),
-    "refinement of the thesis": (["--board", "cyclone3", "--refine"], "--refine belongs to the method fused; choose"),
-    "parameters of the thesis": (["--core", "--parameters", "none.toml"], "--parameters none.toml belongs to the method fused; choose"),
+    "minimum of the thesis": (["--core", "--minimum", "3"], "--minimum 3 belongs to the method fused"),
+    "refinement of the thesis": (["--board", "cyclone3", "--refine"], "--refine belongs to the method fused"),
+    "parameters of the thesis": (["--core", "--parameters", "none.toml"], "--parameters none.toml belongs to the method fused"),
     "no parameters": (["--core", "--method", "fused", "--parameters", "none.toml"], "cannot read none.toml"),
     "abbreviated option": (["--core", "--disp", "4"], "--disp"),
 }

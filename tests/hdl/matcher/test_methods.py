@@ -88,7 +88,7 @@ def test_third_method_on_the_command_line(chosen, tmp_path, capsys):
     assert build.main([*core, "--output", str(tmp_path / "core")]) == 0
     assert json.loads((tmp_path / "core" / "manifest.json").read_text())["parameters"]["method"] == "toy"
     refused = {"--engine sequential": "--engine sequential has no method toy; choose --engine streaming or --method thesis",
-               "--minimum 3": "--minimum 3 belongs to the method fused; choose --method fused",
+               "--minimum 3": "--minimum 3 belongs to the method fused",
                "--arithmetic float": "--arithmetic float has no gateware; choose linear"}
     for options, told in refused.items():
         assert build.main([*core, *options.split(), "--output", str(tmp_path / "none")]) == 2
