@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass, replace
 from typing import Any, ClassVar
 
-from .limits import MINIMUM_BITS, PIXEL_MAX, WEIGHT_MAX, Arithmetic, Engine, MatchingCost, Setting, Weights, check_limits, weight_settings
+from .limits import MINIMUM_BITS, PIXEL_MAX, WEIGHT_MAX, Arithmetic, Engine, Setting, Weights, check_limits, weight_settings
 
 
 __all__ = ["CONFIDENCE_BITS", "FUSED_1", "FUSED_2", "FUSED_3", "Arms", "Fused", "FusedCost", "Refinement", "Vertical"]
@@ -189,11 +189,6 @@ class Fused:
     def engines(self) -> tuple[Engine, ...]:
         """The streaming engine only."""
         return (Engine.STREAMING,)
-
-    @property
-    def matching_cost(self) -> MatchingCost:
-        """Widths of the matching cost that is fused."""
-        return MatchingCost(self.arithmetic)
 
     @property
     def cost_max(self) -> int:

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any, ClassVar, TypeVar, cast
 
-from .limits import IN_USE_BITS, LEAST_MINIMUM, MINIMUM_BITS, Engine, Setting, Weights, check_limits
+from .limits import IN_USE_BITS, LEAST_MINIMUM, MINIMUM_BITS, Engine, MatchingCost, Setting, Weights, check_limits
 from .method import Method, RuleMethod
 from .one_pass import OnePass
 
@@ -72,6 +72,11 @@ class MatcherConfig:
         return cast(RuleMethod, self.method)
 
     @property
+    def matching_cost(self) -> MatchingCost:
+        """Widths of the matching cost."""
+        return MatchingCost(self.method.arithmetic)
+
+    @property
     def lead(self) -> int:
         """Columns by which the right picture is ahead of the left one, so that negative disparities can be compared."""
         return max(-self.minimum, 0)
@@ -94,12 +99,12 @@ class MatcherConfig:
     @property
     def data_bits(self) -> int:
         """Bits of a data term."""
-        return self.rule.data_max.bit_length()
+        return self.method.data_max.bit_length()
 
     @property
     def energy_max(self) -> int:
         """Largest energy that the rule compares."""
-        return (self.rule.data_max << self.rule.energy_shift) + 3 * self.smooth_max
+        return (self.method.data_max << self.rule.energy_shift) + 3 * self.smooth_max
 
     @property
     def energy_bits(self) -> int:

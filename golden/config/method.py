@@ -4,7 +4,7 @@ import dataclasses
 from collections.abc import Mapping
 from typing import Any, ClassVar, Protocol, TypeVar
 
-from .limits import Arithmetic, Engine, MatchingCost, Setting, Weights
+from .limits import Arithmetic, Engine, Setting, Weights
 
 
 __all__ = ["Method", "RuleMethod", "changed", "parameters_of", "value_of"]
@@ -31,6 +31,10 @@ class Method(Protocol):
         """Engines that compute it, the default first."""
 
     @property
+    def data_max(self) -> int:
+        """Largest data term of a label."""
+
+    @property
     def disparity_scale(self) -> int:
         """Units of a disparity a pixel."""
 
@@ -54,20 +58,12 @@ class RuleMethod(Method, Protocol):
         """Weights of the three neighbours."""
 
     @property
-    def matching_cost(self) -> MatchingCost:
-        """Widths of the matching cost."""
-
-    @property
     def energy_shift(self) -> int:
         """Fraction bits of the integer energies: a data term enters them shifted left by this."""
 
     @property
     def energy_scale(self) -> int:
         """Factor of a data term in the energy."""
-
-    @property
-    def data_max(self) -> int:
-        """Largest data term of a label, before it is shifted into the energy."""
 
     @property
     def slope_max(self) -> int:

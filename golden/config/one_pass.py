@@ -44,11 +44,6 @@ class OnePass:
         return (Engine.SEQUENTIAL, Engine.STREAMING) if self.arithmetic is Arithmetic.LINEAR else (Engine.SEQUENTIAL,)
 
     @property
-    def matching_cost(self) -> MatchingCost:
-        """Widths of the matching cost, which is the data term."""
-        return MatchingCost(self.arithmetic)
-
-    @property
     def energy_shift(self) -> int:
         """Fraction bits of the integer energies."""
         return self.fraction_bits if self.arithmetic is Arithmetic.LINEAR else 0
@@ -65,7 +60,7 @@ class OnePass:
     @property
     def data_max(self) -> int:
         """Largest data term: the cost of a candidate outside the picture."""
-        return self.matching_cost.outside
+        return MatchingCost(self.arithmetic).outside
 
     @property
     def slope_max(self) -> int:

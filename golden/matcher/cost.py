@@ -169,7 +169,7 @@ def matching_cost(left, right, config: MatcherConfig):
     for y in range(height):
         windows = [sub_pixel_buffers(part[y], labels) for part in right_parts]
         cost[y] = edata(cost_energy([part[y, :, None] for part in left_parts], windows))[config.lead:]
-        cost[y][beyond] = config.rule.matching_cost.outside
+        cost[y][beyond] = config.matching_cost.outside
     return cost
 
 

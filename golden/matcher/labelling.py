@@ -220,7 +220,7 @@ def match_plain(left, right, config: MatcherConfig):
 
     def energy(x, y, d):
         if d + config.minimum > x or d >= config.labels_in_use:
-            return config.rule.matching_cost.outside
+            return config.matching_cost.outside
         return sum(
             abs(sub_pixel(left, x, y, dx, dy, 0) - sub_pixel(right, x - d, y, dx, dy, config.minimum))
             for dx, dy in ((0, 0), (0, -1), (0, 1), (-1, 0), (1, 0))

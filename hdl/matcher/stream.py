@@ -60,7 +60,7 @@ class BecWord(data.StructLayout):
     """Result of BEC for a pixel: ``E(x, y, d)`` for all ``d``, ``b(x, y)``, and the left grey levels of the pixel and of the one above."""
     def __init__(self, config: MatcherConfig):
         super().__init__({
-            "cost": data.ArrayLayout(config.rule.matching_cost.bits, config.labels),
+            "cost": data.ArrayLayout(config.matching_cost.bits, config.labels),
             "local": range(config.labels),
             "pixel": PIXEL_BITS,
             "upper": PIXEL_BITS,

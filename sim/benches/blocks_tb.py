@@ -247,7 +247,7 @@ async def cost_summation_(dut):
     await start(dut)
     rng = np.random.default_rng(1)
     bits = {"cost": CONFIG.data_bits, **dict.fromkeys(("s1", "s2", "s3"), CONFIG.smooth_max.bit_length())}
-    limits = {"cost": CONFIG.rule.data_max, **dict.fromkeys(("s1", "s2", "s3"), CONFIG.smooth_max)}
+    limits = {"cost": CONFIG.method.data_max, **dict.fromkeys(("s1", "s2", "s3"), CONFIG.smooth_max)}
     terms = {name: rng.integers(0, limit + 1, (60, LABELS)) for name, limit in limits.items()}
     for name, values in terms.items():
         values[20:24] = limits[name]
@@ -271,7 +271,7 @@ async def sequential_engine(dut, stall):
     frames, expected = [], []
     for (width, height), (u1, u2, u3) in zip(sizes, weights):
         cost = rng.integers(0, 80, (height, width, LABELS))
-        cost[rng.random(cost.shape) < 0.2] = CONFIG.rule.data_max
+        cost[rng.random(cost.shape) < 0.2] = CONFIG.method.data_max
         local = rng.integers(0, LABELS, (height, width))
         left = noise(width, height, 1, pictures=1)[0]
         frames.append(bec_words(cost, local, left))

@@ -26,6 +26,7 @@ class Plain:
     arithmetic = Arithmetic.LINEAR
     engines = (Engine.STREAMING,)
     disparity_scale = 1
+    data_max = 300
 
     def __post_init__(self):
         if self.penalty not in self.LIMITS["penalty"]:
@@ -130,6 +131,7 @@ def test_method_without_the_rule(plain):
     config = MatcherConfig(16, method=Plain())
     assert list(config.settings) == ["in_use", "minimum", "smear"]
     assert list(MatcherConfig(method=FUSED_2).settings) == ["u1", "u2", "u3", "in_use", "minimum", "check", "fill", "median"]
-    for name in ("data_bits", "energy_bits", "smooth_max"):
+    assert config.data_bits == 9 and config.matching_cost == MatcherConfig(method=FUSED_2).matching_cost
+    for name in ("energy_bits", "smooth_max"):
         with pytest.raises(ValueError, match="the method must label by the disparity rule, and plain does not"):
             getattr(config, name)

@@ -36,7 +36,7 @@ class Bec(Stage):
 
     def __init__(self, config: MatcherConfig):
         self.config = config
-        self.tree = ComparatorTree(config.rule.matching_cost.bits, config.labels)
+        self.tree = ComparatorTree(config.matching_cost.bits, config.labels)
         super().__init__({
             "i": In(stream.Signature(ColumnWord())),
             "o": Out(stream.Signature(BecWord(config))),

@@ -20,7 +20,7 @@ class SubPixelSet(data.StructLayout):
     PARTS = ("pixel", "above", "below", "left")
 
     def __init__(self, config: MatcherConfig):
-        super().__init__({part: range(config.rule.matching_cost.sub_pixel_max + 1) for part in self.PARTS})
+        super().__init__({part: range(config.matching_cost.sub_pixel_max + 1) for part in self.PARTS})
 
 
 # Fields that the arithmetic passes on. `beyond` marks the column one past the line: padding, which completes the pixel before it.
@@ -62,7 +62,7 @@ class EdataWord(data.StructLayout):
     """The matching cost of every label."""
     def __init__(self, config: MatcherConfig):
         super().__init__({
-            "cost": data.ArrayLayout(config.rule.matching_cost.bits, config.labels),
+            "cost": data.ArrayLayout(config.matching_cost.bits, config.labels),
             "pixel": PIXEL_BITS,
             "upper": PIXEL_BITS,
             **FLAGS,
@@ -199,7 +199,7 @@ class Edata(_Stage):
     Four differences are those of the pixel's word, the fifth is the ``left`` one of the next word. A label whose right pixel lies
     outside the picture has the greatest cost that the width holds (:attr:`golden.config.MatchingCost.outside`).
 
-    Width: exact; a cost is at most ``config.rule.matching_cost.inside_max``.
+    Width: exact; a cost is at most ``config.matching_cost.inside_max``.
 
     Timing: latency :attr:`LATENCY` cycles, as a pixel is output one cycle after its successor was accepted; a word a cycle;
     ``i.ready`` depends combinationally on ``o.ready``.
@@ -233,5 +233,5 @@ class Edata(_Stage):
                 m.d.sync += [self.o.valid.eq(1), self.o.p.pixel.eq(partial.pixel), self.o.p.upper.eq(partial.upper)]
                 m.d.sync += copy_flags(self.o.p, partial)
                 for d, cost in enumerate(self.i.p.cost):
-                    m.d.sync += self.o.p.cost[d].eq(Mux(inside[d], partial.cost[d] + cost.left, config.rule.matching_cost.outside))
+                    m.d.sync += self.o.p.cost[d].eq(Mux(inside[d], partial.cost[d] + cost.left, config.matching_cost.outside))
         return m

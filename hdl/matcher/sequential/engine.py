@@ -42,7 +42,7 @@ class CostSummation(wiring.Component):
         labels = config.labels
         term = data.ArrayLayout(range(config.smooth_max + 1), labels)
         super().__init__({
-            "cost": In(data.ArrayLayout(config.rule.matching_cost.bits, labels)),
+            "cost": In(data.ArrayLayout(config.matching_cost.bits, labels)),
             "s1": In(term),
             "s2": In(term),
             "s3": In(term),
@@ -148,7 +148,7 @@ class SequentialEngine(wiring.Component):
         x_shape = range(config.max_width)
 
         edata_word = data.StructLayout({
-            "cost": data.ArrayLayout(config.rule.matching_cost.bits, config.labels), "pixel": PIXEL_BITS, "upper": PIXEL_BITS,
+            "cost": data.ArrayLayout(config.matching_cost.bits, config.labels), "pixel": PIXEL_BITS, "upper": PIXEL_BITS,
         })
         m.submodules.edata_memory = edata_memory = EdataMemory(edata_word, config.max_width)
         m.submodules.result_memory = result_memory = Memory(shape=range(config.labels), depth=config.max_width, init=[])

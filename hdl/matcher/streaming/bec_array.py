@@ -58,7 +58,7 @@ class BecCell(wiring.Component):
             "left": In(Column()), "right": In(Column()), "inside": In(1),
             "valid1": In(1), "valid4": In(1),
             "inside_later": Out(1),
-            "cost": Out(config.rule.matching_cost.bits), "cost_inside": Out(1),
+            "cost": Out(config.matching_cost.bits), "cost_inside": Out(1),
         })
 
     def elaborate(self, platform: object) -> Module:
@@ -118,7 +118,7 @@ class BecCell(wiring.Component):
                 total_sign.eq(sign_side), total_inside.eq(inside[4]),
             ]
         # ~(total + side + sign) == ~total + ~side + ~sign in as many bits.
-        bits = self.config.rule.matching_cost.bits
+        bits = self.config.matching_cost.bits
         not_total, not_side = (Cat(~part, Const(-1, bits - len(part))) for part in (total, side))
         m.d.sync += data_register(m, self.cost).eq(Mux(total_inside, add_with_carry(not_total, not_side, ~total_sign)[:bits], 0))
         m.d.sync += data_register(m, self.cost_inside).eq(total_inside)
@@ -145,10 +145,10 @@ class BecGroup(wiring.Component):
     def __init__(self, config: MatcherConfig, labels: range):
         self.config = config
         self.labels = labels
-        least = Least(config.rule.matching_cost.bits, config.labels)
+        least = Least(config.matching_cost.bits, config.labels)
         super().__init__({
             "i": In(Wave(config, ColumnWord())), "o": Out(Wave(config, ColumnWord())),
-            "cost": Out(data.ArrayLayout(config.rule.matching_cost.bits, len(labels))),
+            "cost": Out(data.ArrayLayout(config.matching_cost.bits, len(labels))),
             "least_i": In(least), "least_o": Out(least),
         })
 

@@ -45,7 +45,7 @@ def chosen_step(wave: data.View, below_low: Value, below_high: Value) -> Value:
 
 def up_values(config: MatcherConfig) -> range:
     """Range of an energy in the upward pass: data term and cones, less ``w1 * d``."""
-    return range(-config.smooth_max, (config.rule.data_max << config.rule.energy_shift) + 2 * config.smooth_max + 1)
+    return range(-config.smooth_max, (config.method.data_max << config.rule.energy_shift) + 2 * config.smooth_max + 1)
 
 
 class UpCell(wiring.Component):

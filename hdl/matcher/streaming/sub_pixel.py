@@ -44,7 +44,7 @@ class FractionCell(wiring.Component):
 
     def elaborate(self, platform: object) -> Module:
         m = Module()
-        most = self.config.rule.data_max
+        most = self.config.method.data_max
 
         # Stages 1 and 2: which neighbour is less, by how much, and how far the greater one is above the label. Complements: signs turn.
         before, centre, after = (

@@ -67,7 +67,7 @@ def test_frozen(method):
 ])
 def test_cost_numbers(arithmetic, expected):
     method = OnePass(arithmetic)
-    cost = method.matching_cost
+    cost = MatcherConfig(method=method).matching_cost
     assert (cost.sub_pixel_max, cost.inside_max, cost.bits, cost.outside, method.energy_scale) == expected
 
 
@@ -164,7 +164,7 @@ def test_fused_numbers():
     assert (method.cost.maximum, method.arms.support_max, method.data_max) == (138, 33, 4554)
     # Slopes reach 33 * 63; energies 4554 * 8 + 3 * 2079 * 79. The costs E are those of LINEAR.
     assert (method.slope_max, method.energy_shift, config.energy_max, config.energy_bits) == (2079, 3, 529155, 20)
-    assert (method.matching_cost.inside_max, method.weights, OnePass().weights) == (2550, (17, 30, 22), (15, 10, 5))
+    assert (config.matching_cost.inside_max, method.weights, OnePass().weights) == (2550, (17, 30, 22), (15, 10, 5))
 
 
 def test_in_use():

@@ -48,7 +48,7 @@ def test_extremes(arithmetic):
     for left, right in ((255, 0), (0, 255)):
         cost = matching_cost(np.full((2, 4), left, np.uint8), np.full((2, 4), right, np.uint8), this)
         inside = np.arange(3) <= np.arange(4)[:, None]
-        assert (cost == np.where(inside, this.rule.matching_cost.inside_max, this.rule.matching_cost.outside)).all()
+        assert (cost == np.where(inside, this.matching_cost.inside_max, this.matching_cost.outside)).all()
 
 
 def test_differences_and_sum():

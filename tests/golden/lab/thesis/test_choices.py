@@ -32,7 +32,7 @@ def plain(left, right, choice):
 
     def cost(y, x, d):
         if choice.border == "ours" and d > x:
-            return CONFIG.rule.matching_cost.outside
+            return CONFIG.matching_cost.outside
         total = 0
         for dy, dx in ((0, 0), (-1, 0), (1, 0), (0, -1), (0, 1)):
             l, r = (at(left, y, x) + at(left, y + dy, x + dx), at(right, y, x - d) + at(right, y + dy, x - d + dx))
@@ -120,4 +120,4 @@ def test_borders_agree_inside():
     for cost in costs:
         assert cost.shape == (9, 14, 5)
         np.testing.assert_array_equal(cost[1:-1, 6:-1], costs[0][1:-1, 6:-1])
-    assert (costs[1][:, 0] != costs[2][:, 0]).any() and (costs[0][:, 0, 1:] == CONFIG.rule.matching_cost.outside).all()
+    assert (costs[1][:, 0] != costs[2][:, 0]).any() and (costs[0][:, 0, 1:] == CONFIG.matching_cost.outside).all()

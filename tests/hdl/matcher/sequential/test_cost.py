@@ -92,7 +92,7 @@ def test_largest_cost(arithmetic, largest):
     config = MatcherConfig(labels=3, method=OnePass(arithmetic))
     white, black = np.full((1, 4), 255), np.zeros((1, 4), dtype=int)
     out = run_stream(Edata(config), cost_words(white, black, config), count=4, rng=np.random.default_rng(1))
-    cost = config.rule.matching_cost
+    cost = config.matching_cost
     assert cost.inside_max == largest < cost.outside
     assert [list(word.cost) for word in out] == [
         [largest] + 2 * [cost.outside], 2 * [largest] + [cost.outside], 3 * [largest], 3 * [largest]]

@@ -26,7 +26,7 @@ def energies(width, height, config, seed):
     """Costs and local disparities as no picture gives them: any of both anywhere, costs low enough for smoothness to matter."""
     rng = np.random.default_rng(seed)
     cost = rng.integers(0, 60, (height, width, config.labels))
-    cost[rng.random(cost.shape) < 0.1] = config.rule.matching_cost.outside
+    cost[rng.random(cost.shape) < 0.1] = config.matching_cost.outside
     cost[rng.random(cost.shape) < 0.1] = 0
     return cost, rng.integers(0, config.labels, (height, width)), noise(width, height, seed, pictures=1)[0]
 
@@ -69,7 +69,7 @@ def run_engine(dut, frames, *, stall=0.0, cycles=None):
 def test_summation_matches_golden(config):
     dut = CostSummation(config)
     rng = np.random.default_rng(1)
-    limits = config.rule.matching_cost.outside, config.smooth_max, config.smooth_max, config.smooth_max
+    limits = config.matching_cost.outside, config.smooth_max, config.smooth_max, config.smooth_max
     sets = [rng.integers(0, limit + 1, (30, config.labels)) for limit in limits]
     for terms, limit in zip(sets, limits):
         terms[0], terms[1] = limit, 0  # the greatest energy proves the width
@@ -113,7 +113,7 @@ def test_weights_at_their_greatest():
     for config in CONFIGS:
         config = config.with_settings(dict.fromkeys(("u1", "u2", "u3"), WEIGHT_MAX))
         rng = np.random.default_rng(2)
-        cost = rng.choice([0, config.rule.matching_cost.outside // 2, config.rule.matching_cost.outside], (4, 5, config.labels))
+        cost = rng.choice([0, config.matching_cost.outside // 2, config.matching_cost.outside], (4, 5, config.labels))
         local = rng.choice([0, config.labels - 1], (4, 5))
         left = np.full((4, 5), 9)
         expected = disparity_words(labelling(cost, local, left, config))

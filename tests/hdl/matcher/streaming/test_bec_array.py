@@ -64,7 +64,7 @@ def test_matches_golden(labels, width, height, stall):
     assert given == [(number % 256, number // 256 % 256) for number in range(count)]
     assert local == local_disparity(costs).tolist()
     begin = len(waves) + latency + 5
-    got = [[config.rule.matching_cost.outside - out[begin + place + 2 + d]["cost"][d] for d in range(labels)] for place in range(count)]
+    got = [[config.matching_cost.outside - out[begin + place + 2 + d]["cost"][d] for d in range(labels)] for place in range(count)]
     assert got == costs.tolist()
     if width > 2 * labels:
         assert {0, labels - 1} <= set(local)

@@ -22,11 +22,11 @@ def waves_of(upper, lower, w1, w2, w3, config):
 
 def cases(config, count, rng):
     """Costs, vertices and slopes: random; few values, so that ties abound; the extremes."""
-    labels, most, steep = config.labels, config.rule.matching_cost.outside, config.rule.slope_max
+    labels, most, steep = config.labels, config.matching_cost.outside, config.rule.slope_max
     for kind in range(count):
         match kind % 5:
             case 0:
-                cost, slopes = rng.integers(0, config.rule.matching_cost.inside_max + 1, labels), rng.integers(0, steep + 1, 3)
+                cost, slopes = rng.integers(0, config.matching_cost.inside_max + 1, labels), rng.integers(0, steep + 1, 3)
             case 1:
                 cost, slopes = rng.integers(0, 3, labels), rng.integers(0, 2, 3) << config.method.fraction_bits
             case 2:
@@ -47,7 +47,7 @@ def test_matches_golden(labels, fraction_bits):
     dut = LabelArray(config)
 
     # Label d reads its cost d cycles after the wave started.
-    complement = (config.rule.matching_cost.outside - np.array([pixel[0] for pixel in pixels])).tolist()
+    complement = (config.matching_cost.outside - np.array([pixel[0] for pixel in pixels])).tolist()
     inputs = []
     for cycle, (_, upper, lower, *slopes) in enumerate(pixels):
         skewed = [complement[cycle - d][d] if cycle >= d else 0 for d in range(labels)]

@@ -30,7 +30,7 @@ def test_fraction_cell():
     rng = np.random.default_rng(1)
     # Both neighbours by all small steps above the label: eight times their difference is just a multiple, or one off it.
     steps = np.array([(before, 0, after) for before in range(17) for after in range(17)]) + 5
-    sums = np.concatenate([list(sums_of(3, 2000, rng, config.rule.data_max)), steps])
+    sums = np.concatenate([list(sums_of(3, 2000, rng, config.method.data_max)), steps])
     complement = 2**config.data_bits - 1 - sums
     out = run_clocked(FractionCell(config), [dict(zip(("before", "centre", "after"), row)) for row in complement.tolist()], ["fraction"],
                       drain=FractionCell.LATENCY)
@@ -45,7 +45,7 @@ def test_label_chosen(labels, latency):
     config = config_of(labels)
     rng = np.random.default_rng(2)
     count = 120
-    sums = np.array(list(sums_of(labels, count, rng, config.rule.data_max)))
+    sums = np.array(list(sums_of(labels, count, rng, config.method.data_max)))
     complement = (2**config.data_bits - 1 - sums).tolist()
     chosen = [*range(labels), *rng.integers(0, labels, count).tolist()][:count]
     inputs = []

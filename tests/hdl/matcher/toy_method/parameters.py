@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass, replace
 from typing import ClassVar
 
-from golden.config import PIXEL_MAX, WEIGHT_MAX, Arithmetic, Engine, MatchingCost, Weights
+from golden.config import PIXEL_MAX, WEIGHT_MAX, Arithmetic, Engine, Weights
 from golden.config.limits import weight_settings
 
 
@@ -21,7 +21,6 @@ class Toy:
     SWITCHES: ClassVar[Mapping[str, str]] = {}
     arithmetic = Arithmetic.LINEAR
     engines = (Engine.STREAMING,)
-    matching_cost = MatchingCost(Arithmetic.LINEAR)
     energy_shift = 2
     energy_scale = 4
     data_max = PIXEL_MAX
