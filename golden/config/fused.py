@@ -52,10 +52,24 @@ class FusedCost:
         return self.census_rows * self.census_columns - 1
 
     @property
+    def darker_by(self) -> int:
+        """Grey levels by which a neighbour is darker than the centre at most without a bit in the census."""
+        return 0
+
+    @property
+    def inside_max(self) -> int:
+        """Largest cost of a candidate inside the picture, whatever its bits hold."""
+        return self.cost_factor * self.truncation + self.census_weight * self.neighbours >> self.cost_shift
+
+    @property
     def maximum(self) -> int:
         """Largest cost ``C``."""
-        inside = self.cost_factor * self.truncation + self.census_weight * self.neighbours >> self.cost_shift
-        return max(inside, self.cost_outside)
+        return max(self.inside_max, self.cost_outside)
+
+    @property
+    def cap(self) -> int:
+        """Greater costs inside the picture are reduced to this one: none is."""
+        return self.inside_max
 
 
 @dataclass(frozen=True)
@@ -123,7 +137,7 @@ class Refinement:
     tolerance : int
         Largest difference of left and right view that passes the check, pixels, ``0..7``.
     median_size : int
-        Side of the median's window, pixels; 3 or 5.
+        Side of the median's window, pixels; 3 or 5, and 7 of the weighted one.
     """
     check: bool = True
     fill: bool = True
@@ -132,7 +146,7 @@ class Refinement:
     tolerance: int = 1
     median_size: int = 5
 
-    LIMITS: ClassVar[Mapping[str, range]] = {"tolerance": range(8), "median_size": range(3, 6, 2)}
+    LIMITS: ClassVar[Mapping[str, range]] = {"tolerance": range(8), "median_size": range(3, 8, 2)}
     SWITCHES: ClassVar[Mapping[str, str]] = {
         "check": "left-right check", "fill": "fill of the pixels that fail the check", "median": "median of the disparities"}
 
@@ -168,12 +182,13 @@ class Fused:
     #: Limits of the parameters that are numbers, whichever part holds them.
     LIMITS: ClassVar[Mapping[str, range]] = {
         **FusedCost.LIMITS, **Arms.LIMITS, **Vertical.LIMITS, **dict.fromkeys(Weights._fields, range(WEIGHT_MAX + 1)),
-        "energy_shift": range(5), **Refinement.LIMITS,
+        "energy_shift": range(5), **Refinement.LIMITS, "median_size": range(3, 6, 2),
     }
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "weights", Weights(*self.weights))
         self.weights.check()
+        check_limits({"median_size": self.refinement.median_size}, {"median_size": range(3, 6, 2)})
         check_limits({"energy_shift": self.energy_shift}, {"energy_shift": self.LIMITS["energy_shift"]})
         if self.joined_max > FusedCost.MAX:
             what = "the fused cost of three lines" if self.vertical else "the fused cost"

@@ -15,7 +15,8 @@ def _offsets(cost: FusedCost) -> list[tuple[int, int]]:
 
 
 def census(picture, cost: FusedCost = FUSED_1.cost):
-    """Census of every pixel: a bit for each neighbour in the window, set where the neighbour is darker than the centre.
+    """Census of every pixel: a bit for each neighbour in the window, set where the neighbour is darker than the centre, by more than
+    ``cost.darker_by``.
 
     The edges of the picture are replicated.
 
@@ -34,13 +35,14 @@ def census(picture, cost: FusedCost = FUSED_1.cost):
     >>> [f"{bits:b}" for bits in census(np.array([[5, 7, 6]]), FusedCost(census_rows=1, census_columns=3)).ravel().tolist()]
     ['0', '11', '0']
     """
-    picture = np.asarray(picture)
+    picture = np.asarray(picture, dtype=np.int16)
+    limit = picture - cost.darker_by
     height, width = picture.shape
     dy, dx = cost.census_rows // 2, cost.census_columns // 2
     padded = np.pad(picture, ((dy, dy), (dx, dx)), mode="edge")
     result = np.zeros((height, width), dtype=np.uint64)
     for bit, (y, x) in enumerate(_offsets(cost)):
-        darker = padded[dy + y:dy + y + height, dx + x:dx + x + width] < picture
+        darker = padded[dy + y:dy + y + height, dx + x:dx + x + width] < limit
         result |= darker.astype(np.uint64) << np.uint64(bit)
     return result
 
@@ -74,5 +76,5 @@ def census_plain(picture, cost: FusedCost = FUSED_1.cost):
         return lines[min(max(y, 0), height - 1)][min(max(x, 0), width - 1)]
 
     return np.array([[
-        sum((pixel(y + dy, x + dx) < pixel(y, x)) << bit for bit, (dy, dx) in enumerate(_offsets(cost)))
+        sum((pixel(y + dy, x + dx) < pixel(y, x) - cost.darker_by) << bit for bit, (dy, dx) in enumerate(_offsets(cost)))
         for x in range(width)] for y in range(height)], dtype=np.uint64)

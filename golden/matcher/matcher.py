@@ -5,8 +5,9 @@ from typing import Any
 
 from numpy.typing import NDArray
 
-from ..config import Fused, MatcherConfig, OnePass
+from ..config import Fused, MatcherConfig, OnePass, Recursive
 from . import fused, labelling
+from .recursive import method as recursive
 
 
 __all__ = ["MATCHERS", "disparities", "in_pixels", "match"]
@@ -19,13 +20,21 @@ def _one_pass(left: NDArray[Any], right: NDArray[Any], config: MatcherConfig) ->
     return {"disparity": labelling.match(left, right, config)}
 
 
-def _fused(left: NDArray[Any], right: NDArray[Any], config: MatcherConfig) -> Fields:
-    result = fused.match(left, right, config)
+def _fields(result: fused.FusedMatch) -> Fields:
     return {"disparity": result.disparity, "passed": result.passed, "confidence": result.confidence}
 
 
+def _fused(left: NDArray[Any], right: NDArray[Any], config: MatcherConfig) -> Fields:
+    return _fields(fused.match(left, right, config))
+
+
+def _recursive(left: NDArray[Any], right: NDArray[Any], config: MatcherConfig) -> Fields:
+    return _fields(recursive.match(left, right, config))
+
+
 #: Method to the function that gives its result's fields; a further method adds a row.
-MATCHERS: dict[type, Callable[[NDArray[Any], NDArray[Any], MatcherConfig], Fields]] = {OnePass: _one_pass, Fused: _fused}
+MATCHERS: dict[type, Callable[[NDArray[Any], NDArray[Any], MatcherConfig], Fields]] = {
+    OnePass: _one_pass, Fused: _fused, Recursive: _recursive}
 
 
 def match(left, right, config: MatcherConfig) -> Fields:

@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.lib.stride_tricks import as_strided, sliding_window_view
 
-from ..config import Fused, MatcherConfig
+from ..config import MatcherConfig
 
 
 __all__ = ["check", "check_plain", "fill", "fill_plain", "median", "median_plain", "right_view", "right_view_plain"]
@@ -17,7 +17,7 @@ def right_view(cost, config: MatcherConfig):
 
     Parameters
     ----------
-    cost : (H, W, D) uint8 ndarray
+    cost : (H, W, D) uint8 or int16 ndarray
         Fused cost ``V``, of :func:`golden.matcher.vertical.vertical_support`; without vertical support ``C`` itself.
 
     Returns
@@ -35,7 +35,8 @@ def right_view(cost, config: MatcherConfig):
     result = np.empty((height, columns), dtype=np.int32)
     # Columns that do not exist never win: those to the right have the greatest labels of their diagonal, so they lose a tie at 255; those
     # to the left would not, and so need a greater number than any cost.
-    line = np.full((columns + max(config.minimum, 0) + labels, labels), *((256, np.int16) if lead else (255, np.uint8)))
+    bytes_do = cost.dtype == np.uint8 and not lead
+    line = np.full((columns + max(config.minimum, 0) + labels, labels), *((255, np.uint8) if bytes_do else (2**15 - 1, np.int16)))
     diagonals = as_strided(
         line[max(config.minimum, 0):], (columns, labels), (line.strides[0], line.strides[0] + line.strides[1]), writeable=False)
     for y in range(height):
@@ -58,7 +59,7 @@ def check(labels, right, config: MatcherConfig):
     -------
     (H, W) bool ndarray
     """
-    tolerance = config.method_as(Fused).refinement.tolerance
+    tolerance = config.method.refinement.tolerance  # type: ignore[attr-defined]
     matched = np.arange(labels.shape[1]) - labels - config.minimum
     seen = np.take_along_axis(right, np.maximum(matched, 0), axis=1)
     return (matched >= 0) & (np.abs(seen - labels) <= tolerance)
@@ -130,7 +131,7 @@ def right_view_plain(cost, config: MatcherConfig):
 def check_plain(labels, right, config: MatcherConfig):
     """:func:`check`, pixel by pixel."""
     height, width = labels.shape
-    tolerance = config.method_as(Fused).refinement.tolerance
+    tolerance = config.method.refinement.tolerance  # type: ignore[attr-defined]
     result = np.zeros((height, width), dtype=bool)
     for y in range(height):
         for x in range(width):

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from ..config import FUSED_1, Arms, Fused, FusedCost, MatcherConfig
+from ..config import FUSED_1, Arms, FusedCost, MatcherConfig
 from .census import census, hamming
 from .cost import aligned, matching_cost, outside, sub_pixel_buffers
 
@@ -13,7 +13,7 @@ __all__ = ["arms", "arms_plain", "fuse", "fused_cost", "support_sizes", "support
 def fuse(matching_cost, distance, cost: FusedCost = FUSED_1.cost):
     """Fused cost ``C`` of a candidate inside the picture: ``(cost_factor * min(E, truncation) + census_weight * H) >> cost_shift``.
 
-    The shift is a floor.
+    The shift is a floor; a cost above ``cost.cap`` is reduced to it.
 
     Parameters
     ----------
@@ -37,7 +37,7 @@ def fuse(matching_cost, distance, cost: FusedCost = FUSED_1.cost):
     result *= cost.cost_factor
     result += np.asarray(distance, dtype=np.int16) * np.int16(cost.census_weight)
     result >>= cost.cost_shift
-    return result.astype(np.uint8)
+    return np.minimum(result, cost.cap).astype(np.uint8)
 
 
 def fused_cost(left, right, config: MatcherConfig):
@@ -53,7 +53,7 @@ def fused_cost(left, right, config: MatcherConfig):
     (H, W, D) uint8 ndarray
         At most :attr:`golden.config.FusedCost.maximum`; ``cost_outside`` where the right pixel lies outside the picture.
     """
-    cost = config.method_as(Fused).cost
+    cost = config.method.cost  # type: ignore[attr-defined]
     energy = matching_cost(left, right, config)
     left_bits, right_bits = (census(side, cost) for side in aligned(left, right, config.minimum))
     beyond = outside(energy.shape[1], config)
