@@ -137,7 +137,7 @@ class Refinement:
     tolerance : int
         Largest difference of left and right view that passes the check, pixels, ``0..7``.
     median_size : int
-        Side of the median's window, pixels; 3 or 5, and 7 of the weighted one.
+        Side of the median's window, pixels; 3 or 5.
     """
     check: bool = True
     fill: bool = True
@@ -146,7 +146,7 @@ class Refinement:
     tolerance: int = 1
     median_size: int = 5
 
-    LIMITS: ClassVar[Mapping[str, range]] = {"tolerance": range(8), "median_size": range(3, 8, 2)}
+    LIMITS: ClassVar[Mapping[str, range]] = {"tolerance": range(8), "median_size": range(3, 6, 2)}
     SWITCHES: ClassVar[Mapping[str, str]] = {
         "check": "left-right check", "fill": "fill of the pixels that fail the check", "median": "median of the disparities"}
 
@@ -182,13 +182,12 @@ class Fused:
     #: Limits of the parameters that are numbers, whichever part holds them.
     LIMITS: ClassVar[Mapping[str, range]] = {
         **FusedCost.LIMITS, **Arms.LIMITS, **Vertical.LIMITS, **dict.fromkeys(Weights._fields, range(WEIGHT_MAX + 1)),
-        "energy_shift": range(5), **Refinement.LIMITS, "median_size": range(3, 6, 2),
+        "energy_shift": range(5), **Refinement.LIMITS,
     }
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "weights", Weights(*self.weights))
         self.weights.check()
-        check_limits({"median_size": self.refinement.median_size}, {"median_size": range(3, 6, 2)})
         check_limits({"energy_shift": self.energy_shift}, {"energy_shift": self.LIMITS["energy_shift"]})
         if self.joined_max > FusedCost.MAX:
             what = "the fused cost of three lines" if self.vertical else "the fused cost"

@@ -53,8 +53,13 @@ class MatcherConfig:
         if self.in_use is not None:
             check_limits({"in_use": self.in_use}, {"in_use": range(1, self.labels + 1)})
         engines = self.method.engines
-        object.__setattr__(self, "engine", engines[0] if self.engine is None else Engine(self.engine))
-        if self.engine not in engines:
+        if self.engine is None:
+            object.__setattr__(self, "engine", engines[0] if engines else None)
+        elif not engines:
+            raise ValueError(f"engine {self.engine} does not compute the method {self.method.name}, which has no gateware; leave it out")
+        elif Engine(self.engine) in engines:
+            object.__setattr__(self, "engine", Engine(self.engine))
+        else:
             raise ValueError(f"engine {self.engine} does not compute the method {self.method.name} in the arithmetic "
                              f"{self.method.arithmetic}; choose {' or '.join(engines)}")
 

@@ -2,22 +2,23 @@
 
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, replace
-from typing import Any, ClassVar, NamedTuple
+from typing import Any, ClassVar
 
 from .fused import CONFIDENCE_BITS, FusedCost, Refinement
 from .limits import MINIMUM_BITS, PIXEL_MAX, Arithmetic, Engine, MatchingCost, Setting, check_limits
 
 
-__all__ = ["RECURSIVE_1", "RECURSIVE_2", "GradedArms", "LineBelow", "Propagation", "Recursive", "RecursiveCost"]
+__all__ = ["RECURSIVE_1", "RECURSIVE_2", "GradedArms", "LineBelow", "Propagation", "Recursive", "RecursiveCost",
+           "WeightedRefinement"]
 
 
 @dataclass(frozen=True)
 class RecursiveCost(FusedCost):
-    """The cost ``C`` of :class:`FusedCost`, at most ``cost_max``, with a census that is blind to small differences.
+    """The cost ``C`` of :class:`FusedCost`, at most ``cost_limit``, with a census that is blind to small differences.
 
     Parameters
     ----------
-    cost_max : int
+    cost_limit : int
         Largest cost ``C``, ``1..255``.
     census_threshold : int
         A bit of the census is set where the neighbour is darker than the centre by more than this, grey levels, ``0..7``. A setting.
@@ -27,10 +28,10 @@ class RecursiveCost(FusedCost):
     census_weight: int = 55
     cost_shift: int = 7
     cost_outside: int = 5
-    cost_max: int = 15
+    cost_limit: int = 15
     census_threshold: int = 0
 
-    LIMITS: ClassVar[Mapping[str, range]] = {**FusedCost.LIMITS, "cost_max": range(1, FusedCost.MAX + 1), "census_threshold": range(8)}
+    LIMITS: ClassVar[Mapping[str, range]] = {**FusedCost.LIMITS, "cost_limit": range(1, FusedCost.MAX + 1), "census_threshold": range(8)}
 
     @property
     def darker_by(self) -> int:
@@ -40,12 +41,12 @@ class RecursiveCost(FusedCost):
     @property
     def maximum(self) -> int:
         """Largest cost ``C``."""
-        return max(min(self.inside_max, self.cost_max), self.cost_outside)
+        return max(min(self.inside_max, self.cost_limit), self.cost_outside)
 
     @property
     def cap(self) -> int:
         """Greater costs inside the picture are reduced to this one."""
-        return self.cost_max
+        return self.cost_limit
 
 
 @dataclass(frozen=True)
@@ -151,11 +152,13 @@ class Propagation:
                      for difference in range(PIXEL_MAX + 1))
 
 
-REFINEMENT = Refinement(median_size=7)
+@dataclass(frozen=True)
+class WeightedRefinement(Refinement):
+    """The stages of :class:`Refinement`, with a weighted median of 7x7 pixels, and a fill that goes on with the slope
+    at the left border."""
+    median_size: int = 7
 
-
-class NoWeights(NamedTuple):
-    """This method has no rule whose neighbours have weights."""
+    LIMITS: ClassVar[Mapping[str, range]] = {**Refinement.LIMITS, "median_size": range(7, 8, 2)}
 
 
 @dataclass(frozen=True)
@@ -168,22 +171,20 @@ class Recursive:
     line_below : LineBelow
     arms : GradedArms
     propagation : Propagation
-    refinement : Refinement
-        Its median is the weighted one, of 7x7 pixels: ``median_size`` is 7.
+    refinement : WeightedRefinement
     """
     cost: RecursiveCost = RecursiveCost()
     line_below: LineBelow = LineBelow()
     arms: GradedArms = GradedArms()
     propagation: Propagation = Propagation()
-    refinement: Refinement = REFINEMENT
+    refinement: WeightedRefinement = WeightedRefinement()
 
     name: ClassVar[str] = "recursive"
-    weights: ClassVar[NoWeights] = NoWeights()
-    #: Switches of the refinement, and their descriptions.
+    ABOUT: ClassVar[str] = "costs carried from line to line and averaged over a support, disparities refined with the grey levels"
     SWITCHES: ClassVar[Mapping[str, str]] = Refinement.SWITCHES
     #: Limits of the parameters that are numbers, whichever part holds them.
     LIMITS: ClassVar[Mapping[str, range]] = {
-        **RecursiveCost.LIMITS, **LineBelow.LIMITS, **GradedArms.LIMITS, **Propagation.LIMITS, "tolerance": Refinement.LIMITS["tolerance"],
+        **RecursiveCost.LIMITS, **LineBelow.LIMITS, **GradedArms.LIMITS, **Propagation.LIMITS, **WeightedRefinement.LIMITS,
     }
     #: Parameters that are settings of the gateware, and their descriptions and units.
     SETTINGS: ClassVar[Mapping[str, tuple[str, str]]] = {
@@ -195,10 +196,6 @@ class Recursive:
         "below_share": ("share of the costs from below", "eighths"),
     }
 
-    def __post_init__(self) -> None:
-        if self.refinement.median_size != 7:
-            raise ValueError(f"median_size must be 7, the window of the weighted median, not {self.refinement.median_size}")
-
     @property
     def arithmetic(self) -> Arithmetic:
         """The matching cost is that of ``LINEAR``."""
@@ -206,13 +203,18 @@ class Recursive:
 
     @property
     def engines(self) -> tuple[Engine, ...]:
-        """The streaming engine only."""
-        return (Engine.STREAMING,)
+        """None: there is no gateware for it."""
+        return ()
 
     @property
     def matching_cost(self) -> MatchingCost:
         """Widths of the matching cost that is fused."""
         return MatchingCost(self.arithmetic)
+
+    @property
+    def cost_max(self) -> int:
+        """Largest cost ``C`` of a candidate."""
+        return self.cost.maximum
 
     @property
     def own_max(self) -> int:

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, ClassVar, Protocol
 
-from ..config import FUSED_1, FUSED_2, FUSED_3, METHODS, Method, changed, value_of
+from ..config import FUSED_1, FUSED_2, FUSED_3, METHODS, RECURSIVE_1, RECURSIVE_2, Method, changed, value_of
 from ..errors import UserError
 from ..files import atomic
 
@@ -28,7 +28,10 @@ class NamedMethod(Method, Protocol):
 
 
 #: Sets that need no file, for each method that has such, its default first.
-NAMED: dict[str, dict[str, NamedMethod]] = {"fused": {"fused-1": FUSED_1, "fused-2": FUSED_2, "fused-3": FUSED_3}}
+NAMED: dict[str, dict[str, NamedMethod]] = {
+    "fused": {"fused-1": FUSED_1, "fused-2": FUSED_2, "fused-3": FUSED_3},
+    "recursive": {"recursive-1": RECURSIVE_1, "recursive-2": RECURSIVE_2},
+}
 
 
 def default_parameters(method: str) -> Method:

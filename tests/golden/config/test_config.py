@@ -16,6 +16,7 @@ from golden.config import (
     FusedCost,
     MatcherConfig,
     OnePass,
+    Recursive,
     Vertical,
     Weights,
     changed,
@@ -115,7 +116,7 @@ def test_method_as():
     assert MatcherConfig(method=FUSED_2).method_as(Fused) is FUSED_2
     with pytest.raises(ValueError, match="the method must be fused, not thesis"):
         MatcherConfig().method_as(Fused)
-    assert METHODS == {"thesis": OnePass, "fused": Fused}
+    assert METHODS == {"thesis": OnePass, "fused": Fused, "recursive": Recursive}
 
 
 def test_changed():

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from golden.config import FUSED_1, MatcherConfig, OnePass, changed
+from golden.config import FUSED_1, RECURSIVE_2, MatcherConfig, OnePass, changed
 from golden.host.protocol import (
     BAUD,
     FRAME_BYTES,
@@ -124,6 +124,9 @@ def test_addresses():
     assert [fused[name].address for name in ("u1", "u2", "u3", "in_use", "show", "colour", "hold", "minimum", "check", "fill",
                                              "median")] == list(range(0x10, 0x1B))
     assert all(REGISTERS.at(address) is None for address in range(0x17, 0x20))
+    recursive = register_map(MatcherConfig(method=RECURSIVE_2))
+    assert [recursive[name].address for name in ("census_threshold", "near_threshold", "far_threshold", "step_threshold", "above_share",
+                                                 "below_share")] == [*range(0x1B, 0x20), 0x22]
     for register in REGISTERS:
         assert REGISTERS.at(register.address) is register
     assert REGISTERS.at(0x07) is None

@@ -8,6 +8,7 @@ from golden.matcher.cost import aligned
 from hdl.matcher.lead import Lead
 from sim.kit.cases import comparable, noise, pixel_words
 from sim.kit.streams import run_stream
+from tests.kit import refused_components
 
 
 def config(lead):
@@ -80,5 +81,5 @@ def test_ragged(lead, stall):
 
 
 def test_without_a_negative_disparity():
-    with pytest.raises(ValueError, match="a lead is for negative disparities, and the least one is 3"):
+    with refused_components(), pytest.raises(ValueError, match="a lead is for negative disparities, and the least one is 3"):
         Lead(MatcherConfig(labels=2, minimum=3, method=FUSED_1))

@@ -82,13 +82,13 @@ def test_minimum():
 
 
 @pytest.mark.parametrize("values, message", [
-    ({"cost_max": 0}, "cost_max must be a whole number from 1 to 255, not 0"),
+    ({"cost_limit": 0}, "cost_limit must be a whole number from 1 to 255, not 0"),
     ({"census_threshold": 8}, "census_threshold must be a whole number from 0 to 7, not 8"),
     ({"far_step": 0}, "far_step must be a whole number from 1 to 32"),
     ({"fan": 32}, "fan must be a whole number from 1 to 31"),
     ({"above_share": 16}, "above_share must be a whole number from 0 to 15"),
     ({"own_share": 0}, "own_share must be a whole number from 1 to 7"),
-    ({"median_size": 5}, "median_size must be 7, the window of the weighted median, not 5"),
+    ({"median_size": 5}, "median_size must be an odd whole number from 7 to 7, not 5"),
     ({"u1": 3}, "u1 is no parameter of the method recursive"),
 ])
 def test_bad_parameters(values, message):
@@ -97,7 +97,7 @@ def test_bad_parameters(values, message):
 
 
 def test_no_rule():
-    with pytest.raises(ValueError, match="the method recursive has no disparity rule, whose neighbours have weights"):
+    with pytest.raises(ValueError, match="the method must label by the disparity rule, and recursive does not"):
         _ = config().rule
 
 

@@ -29,7 +29,7 @@ def test_cost_is_capped():
     cost = RecursiveCost()
     # (2 * 174 + 55 * 34) >> 7 = 17.
     assert fuse(np.array([0, 3, 174, 2550]), np.array([0, 9, 20, 34]), cost).tolist() == [0, 3, 11, 15]
-    assert (cost.inside_max, cost.maximum, RecursiveCost(cost_max=3).maximum) == (17, 15, 5)
+    assert (cost.inside_max, cost.maximum, RecursiveCost(cost_limit=3).maximum) == (17, 15, 5)
 
 
 def test_outside_has_its_own_cost():
