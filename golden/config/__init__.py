@@ -19,7 +19,7 @@ from .limits import (
     Weights,
 )
 from .matcher import MatcherConfig
-from .method import Method, RuleMethod, changed, parameters_of, value_of
+from .method import Method, RefinedMethod, RuleMethod, changed, parameters_of, value_of
 from .one_pass import OnePass
 from .recursive import (
     RECURSIVE_1,
@@ -35,9 +35,9 @@ from .recursive import (
 
 __all__ = ["Arithmetic", "Arms", "CONFIDENCE_BITS", "Engine", "FUSED_1", "FUSED_2", "FUSED_3", "Fused", "FusedCost", "GradedArms",
            "IN_USE_BITS", "LEAST_MINIMUM", "LineBelow", "METHODS", "MINIMUM_BITS", "MatcherConfig", "MatchingCost", "Method", "OnePass",
-           "PIXEL_BITS", "PIXEL_MAX", "Propagation", "RECURSIVE_1", "RECURSIVE_2", "Recursive", "RecursiveCost", "Refinement",
-           "RuleMethod", "Setting", "Vertical", "WEIGHT_BITS", "WEIGHT_MAX", "WeightedRefinement", "Weights", "changed", "parameters_of",
-           "value_of"]
+           "PIXEL_BITS", "PIXEL_MAX", "Propagation", "RECURSIVE_1", "RECURSIVE_2", "Recursive", "RecursiveCost",
+           "RefinedMethod", "Refinement", "RuleMethod", "Setting", "Vertical", "WEIGHT_BITS", "WEIGHT_MAX", "WeightedRefinement",
+           "Weights", "changed", "parameters_of", "value_of"]
 
 
 #: The methods by name; a method's place is its number in the register map.

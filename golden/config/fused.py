@@ -147,6 +147,8 @@ class Refinement:
     median_size: int = 5
 
     LIMITS: ClassVar[Mapping[str, range]] = {"tolerance": range(8), "median_size": range(3, 6, 2)}
+    #: Whether it needs the left grey level of every label.
+    USES_GREY: ClassVar[bool] = False
     SWITCHES: ClassVar[Mapping[str, str]] = {
         "check": "left-right check", "fill": "fill of the pixels that fail the check", "median": "median of the disparities"}
 

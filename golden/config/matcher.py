@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 from typing import Any, ClassVar, TypeVar, cast
 
 from .limits import IN_USE_BITS, LEAST_MINIMUM, MINIMUM_BITS, Engine, MatchingCost, Setting, Weights, check_limits
-from .method import Method, RuleMethod
+from .method import Method, RefinedMethod, RuleMethod
 from .one_pass import OnePass
 
 
@@ -75,6 +75,13 @@ class MatcherConfig:
         if not hasattr(self.method, "weights"):
             raise ValueError(f"the method must label by the disparity rule, and {self.method.name} does not")
         return cast(RuleMethod, self.method)
+
+    @property
+    def refined(self) -> RefinedMethod:
+        """The method, whose labels must be refined; :class:`ValueError` if they are not."""
+        if not hasattr(self.method, "refinement"):
+            raise ValueError(f"the method must refine its labels, and {self.method.name} does not")
+        return cast(RefinedMethod, self.method)
 
     @property
     def matching_cost(self) -> MatchingCost:

@@ -4,10 +4,11 @@ import dataclasses
 from collections.abc import Mapping
 from typing import Any, ClassVar, Protocol, TypeVar
 
+from .fused import Refinement
 from .limits import Arithmetic, Engine, Setting, Weights
 
 
-__all__ = ["Method", "RuleMethod", "changed", "parameters_of", "value_of"]
+__all__ = ["Method", "RefinedMethod", "RuleMethod", "changed", "parameters_of", "value_of"]
 
 
 class Method(Protocol):
@@ -76,6 +77,24 @@ class RuleMethod(Method, Protocol):
     @property
     def smooth_step_max(self) -> int:
         """Largest smoothness term between labels that differ by one."""
+
+
+class Support(Protocol):
+    """Pixels that a label was found from."""
+    @property
+    def support_max(self) -> int:
+        """Most pixels of a support."""
+
+
+class RefinedMethod(Method, Protocol):
+    """A method whose labels come from supports along the line and are checked and refined."""
+    @property
+    def arms(self) -> Support:
+        """The support of a pixel."""
+
+    @property
+    def refinement(self) -> Refinement:
+        """The stages behind the labelling."""
 
 
 M = TypeVar("M")

@@ -159,6 +159,7 @@ class WeightedRefinement(Refinement):
     median_size: int = 7
 
     LIMITS: ClassVar[Mapping[str, range]] = {**Refinement.LIMITS, "median_size": range(7, 8, 2)}
+    USES_GREY: ClassVar[bool] = True
 
 
 @dataclass(frozen=True)

@@ -71,13 +71,16 @@ class BecWord(data.StructLayout):
 class LabelWord(data.StructLayout):
     """A label in the refinement, whether it passed the check, and the bit length ``size`` of its support's size.
 
-    ``label`` is in units of ``1 / config.method.disparity_scale`` pixel.
+    ``label`` is in units of ``1 / config.method.disparity_scale`` pixel. ``grey``, of methods whose refinement uses it only: the left
+    grey level.
     """
     def __init__(self, config: MatcherConfig):
+        grey = {"grey": PIXEL_BITS} if config.refined.refinement.USES_GREY else {}
         super().__init__({
             "label": range(config.labels * config.method.disparity_scale),
             "passed": 1,
-            "size": range(config.method_as(Fused).arms.support_max.bit_length() + 1),
+            "size": range(config.refined.arms.support_max.bit_length() + 1),
+            **grey,
             **FLAGS,
         })
 

@@ -36,6 +36,8 @@ class Queue(wiring.Component):
     level : Out(range(depth + 1))
         Words in the queue; a word counts from the cycle after ``i`` accepted it to the one in which ``o`` is accepted.
     """
+    LATENCY = 2  # from a depth of 2 on
+
     def __init__(self, shape: ShapeLike, depth: int):
         if depth < 1:
             raise ValueError(f"a queue must hold at least 1 word, not {depth!r}")

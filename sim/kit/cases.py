@@ -173,10 +173,10 @@ def disparity_words(labels: NDArray[Any]) -> list[Payload]:
     return [{"disparity": int(labels[y, x]), **flags} for y, x, flags in _places(np.shape(labels))]
 
 
-def label_words(labels: NDArray[Any], passed: NDArray[Any], n: NDArray[Any]) -> list[Payload]:
-    """Payloads of :class:`hdl.matcher.stream.LabelWord`."""
-    return [{"label": int(labels[y, x]), "passed": int(passed[y, x]), "size": int(n[y, x]).bit_length(), **flags}
-            for y, x, flags in _places(np.shape(labels))]
+def label_words(labels: NDArray[Any], passed: NDArray[Any], n: NDArray[Any], left: NDArray[Any] | None = None) -> list[Payload]:
+    """Payloads of :class:`hdl.matcher.stream.LabelWord`, with ``grey`` where ``left`` is given."""
+    return [{"label": int(labels[y, x]), "passed": int(passed[y, x]), "size": int(n[y, x]).bit_length(),
+             **({} if left is None else {"grey": int(left[y, x])}), **flags} for y, x, flags in _places(np.shape(labels))]
 
 
 def refined_words(filled: NDArray[Any], passed: NDArray[Any], n: NDArray[Any], config: MatcherConfig, *, enable: bool = True,

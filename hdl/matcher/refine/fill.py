@@ -32,16 +32,19 @@ class Fill(Stage):
     Frames must be rectangular, closed by ``end`` and at most ``max_width`` wide; they may differ in size. A wider line is never output.
 
     Timing: a pixel a cycle, and :attr:`line_clocks` more a line: none. A line is output once it is complete: if no earlier
-    line is queued, its first pixel is valid :attr:`COMPLETE_CLOCKS` cycles after its last one was accepted. A pixel whose line is sent
+    line is queued, its first pixel is valid :attr:`latency` and one cycles after its last one was accepted. A pixel whose line is sent
     without a pause is valid :attr:`lines` line of ``W`` cycles and :attr:`latency` cycles after it was accepted, whichever pixels passed.
     ``i.ready`` is registered.
 
-    Memory: ``max_width + 1`` words of :class:`LabelWord` with the bit ``enable``, ``max_width + 3`` labels with a bit.
+    Memory: ``max_width + 1`` words of :class:`LabelWord` with the bit ``enable``, ``max_width + 3`` labels with a bit; ``pause`` more of
+    each.
 
     Parameters
     ----------
     config : :class:`MatcherConfig`
-        With the method :class:`golden.config.Fused`.
+        With a method that refines its labels.
+    pause : int
+        Cycles by which all is output later, for what else must be known of a line.
 
     Members
     -------
@@ -55,10 +58,10 @@ class Fill(Stage):
     lines = 1
     line_clocks = 0
     SETTLING = 3  # cycles from a word to the registers behind both queues
-    COMPLETE_CLOCKS = SETTLING + 2
 
-    def __init__(self, config: MatcherConfig):
+    def __init__(self, config: MatcherConfig, pause: int = 0):
         self.config = config
+        self.settling = self.SETTLING + pause
         super().__init__({
             "i": In(stream.Signature(LabelWord(config))),
             "o": Out(stream.Signature(LabelWord(config))),
@@ -68,12 +71,12 @@ class Fill(Stage):
     @property
     def latency(self) -> int:
         """Cycles beyond a line from a pixel to its result, if no earlier line is queued."""
-        return self.COMPLETE_CLOCKS - 1
+        return self.settling + 1
 
     def elaborate(self, platform: object) -> Module:
         m = Module()
         # A line, and the pixels of the next one accepted before the first is known to be complete; one word is in the register behind.
-        depth = self.config.max_width + self.SETTLING - 1
+        depth = self.config.max_width + self.settling - 1
         queued = data.StructLayout({"pixel": LabelWord(self.config), "enable": 1})
 
         # Two queues: pixels, and the labels of those that passed. As a line is output, the head of the second one is the nearest passing
@@ -105,7 +108,7 @@ class Fill(Stage):
         lines     = Signal(range(depth + 2))
         more      = Signal.like(lines)
         complete  = Signal()
-        ends      = Signal(self.SETTLING - 1)
+        ends      = Signal(self.settling - 1)
         done      = Signal()
         m.d.comb += more.eq(lines + ends[-1] - done)
         m.d.sync += [ends.eq(Cat(accepted & self.i.p.last, ends)), lines.eq(more), complete.eq(more != 0)]

@@ -119,6 +119,13 @@ def test_method_as():
     assert METHODS == {"thesis": OnePass, "fused": Fused, "recursive": Recursive}
 
 
+def test_refined():
+    for method in (FUSED_2, Recursive()):
+        assert MatcherConfig(method=method).refined is method
+    with pytest.raises(ValueError, match="the method must refine its labels, and thesis does not"):
+        _ = MatcherConfig().refined
+
+
 def test_changed():
     """Single parameters, whichever part holds them, and whole parts; all else stays."""
     method = changed(FUSED_1, reach=3, u2=9, truncation=100, fill=False, vertical=Vertical(vertical_threshold=7))
