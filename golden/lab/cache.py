@@ -6,7 +6,7 @@ import hashlib
 import inspect
 import os
 import zipfile
-from collections.abc import Iterable
+from collections.abc import Callable, Hashable, Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -15,10 +15,10 @@ from numpy.typing import NDArray
 
 from ..errors import UserError
 from ..files import atomic
-from .workers import Job
+from .workers import Job, Run
 
 
-__all__ = ["Cache", "source_digest", "source_files"]
+__all__ = ["Cache", "run_kept", "source_digest", "source_files"]
 
 
 Result = dict[str, NDArray[Any]]
@@ -97,3 +97,33 @@ class Cache:
             raise UserError(f"cannot make the folder {path.parent}: {error.strerror}; choose another --cache") from error
         with atomic(path) as file:
             np.savez_compressed(file, allow_pickle=False, **result)
+
+
+def run_kept(run: Run, cache: Cache | None, jobs: Mapping[Hashable, Job], begin: Callable[[int], object] = lambda count: None,
+             advance: Callable[[], object] = lambda: None) -> dict[Any, Result]:
+    """Results of jobs, by the same keys: from the cache, or computed and kept there.
+
+    Parameters
+    ----------
+    run : Run
+        Of :func:`golden.lab.workers.workers`.
+    cache : Cache or None
+        ``None``: nothing is kept.
+    jobs : dict of any to Job
+    begin, advance : callable
+        Called with the number of jobs that are computed, and after each of them.
+    """
+    results = {key: kept for key, job in jobs.items() if cache and (kept := cache.load(job)) is not None}
+    missing = [(key, job) for key, job in jobs.items() if key not in results]
+    begin(len(missing))
+
+    def done(number: int, result: Result) -> None:
+        key, job = missing[number]
+        if cache:
+            cache.keep(job, result)
+        results[key] = result
+        advance()
+
+    if missing:
+        run([job for _, job in missing], done)
+    return results

@@ -17,7 +17,7 @@ def right_view(cost, config: MatcherConfig):
 
     Parameters
     ----------
-    cost : (H, W, D) uint8 or int16 ndarray
+    cost : (H, W, D) uint8, or 16-bit ndarray of numbers below 32,767
         Fused cost ``V``, of :func:`golden.matcher.vertical.vertical_support`; without vertical support ``C`` itself.
 
     Returns

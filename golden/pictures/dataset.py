@@ -48,11 +48,15 @@ class StereoPair:
     disparities: int
 
 
-def add_data_option(parser: argparse.ArgumentParser, option: str = "--data", sets: bool = False) -> None:
-    """Add ``--data``, or an option of another name, for :func:`data_folder`; ``sets``: the command takes other sets, too."""
+def add_data_option(parser: argparse.ArgumentParser, option: str = "--data", sets: bool = False, several: bool = False) -> None:
+    """Add ``--data``, or an option of another name, for :func:`data_folder`.
+
+    ``sets``: the command takes other sets, too; ``several``: from any number of folders.
+    """
     others = ", or of other sets, see docs/data.md" if sets else ""
-    parser.add_argument(option, type=Path, metavar="DIR",
-                        help=f"folder that holds {', '.join(PAIRS)}{others} (default: $STEREO_DATA, else ../shared/data/middlebury)")
+    parser.add_argument(option, type=Path, metavar="DIR", nargs="+" if several else None,
+                        help=f"{'folders' if several else 'folder'} of {', '.join(PAIRS)}{others} "
+                             "(default: $STEREO_DATA, else ../shared/data/middlebury)")
 
 
 def data_folder(data: str | os.PathLike[str] | None = None) -> Path:

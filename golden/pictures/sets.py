@@ -4,7 +4,7 @@ import argparse
 import dataclasses
 import json
 import os
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -115,10 +115,12 @@ def _words(layout: Layout) -> str:
 
 
 def _folders(path: Path) -> list[tuple[Path, Layout]]:
-    """Folders of sets and their layouts."""
-    places = [path, *sorted(each for each in path.iterdir() if each.is_dir())]
-    found = [(place, layout) for place in places for layout in (OURS, MIDDLEBURY) if (place / layout.left).exists()]
-    return found[:1] if found and found[0][0] == path else found
+    """Folders of sets and their layouts: the folder itself, else those in it; ours, where files of both layouts are in one."""
+    def found(places: Iterable[Path]) -> list[tuple[Path, Layout]]:
+        layouts = ((place, layout) for place in places for layout in (MIDDLEBURY, OURS) if (place / layout.left).exists())
+        return list(dict(layouts).items())
+
+    return found([path]) or found(sorted(each for each in path.iterdir() if each.is_dir()))
 
 
 def _chosen(names: Collection[str] | None, found: Sequence[str], folder: Path) -> Sequence[str]:

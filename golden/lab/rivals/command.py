@@ -11,14 +11,15 @@ from rich.table import Table
 
 from ...cli import Parser, progress
 from ...errors import run_cli
-from ...files import check_output, write_json
-from ...pictures.dataset import MASKS, load_pairs
+from ...files import check_folder, check_output, write_json
+from ...pictures.dataset import MASKS, StereoPair
 from ...tables import print_table
+from ..cache import Cache, run_kept
 from ..evaluate import average
 from ..published import TABLE_1, TABLE_1_PAIR
 from ..workers import add_worker_options, check_installed, workers
-from .options import add_pair_options, check_names
-from .registry import METHODS, measure
+from .options import add_pair_options, check_names, load_folders
+from .registry import METHODS, figures, measure
 
 
 __all__ = ["main"]
@@ -29,11 +30,19 @@ Result = dict[str, Any]
 SOURCE = "the thesis, Table 1, as printed; on other machines, of its time"
 
 
-def document(results: dict[str, dict[str, Result]]) -> dict[str, Any]:
+Folders = dict[str, list[StereoPair]]
+
+
+def averages(of_method: dict[str, Result], folders: Folders) -> dict[str, float]:
+    """Average of all figures of a method, for each folder, percent."""
+    return {folder: average({pair.name: of_method[pair.name]["figures"] for pair in pairs}) for folder, pairs in folders.items()}
+
+
+def document(results: dict[str, dict[str, Result]], folders: Folders) -> dict[str, Any]:
     """The results for a file: measured figures, and printed ones in another part."""
     rows = {}
     for name, of_method in results.items():
-        row: dict[str, Any] = {"about": METHODS[name].about, "average": average({pair: one["figures"] for pair, one in of_method.items()}),
+        row: dict[str, Any] = {"about": METHODS[name].about, "averages": averages(of_method, folders),
                                "seconds": sum(one["seconds"] for one in of_method.values()), "pairs": of_method}
         if METHODS[name].published:
             row["published"] = METHODS[name].published
@@ -45,8 +54,21 @@ def document(results: dict[str, dict[str, Result]]) -> dict[str, Any]:
             name: {**row.figures, "tool": row.tool, "seconds": row.seconds} for name, row in TABLE_1.items()}}}
 
 
+def summary(results: dict[str, dict[str, Result]], folders: Folders) -> Table:
+    """A line for each method: the averages of the folders, and the seconds of all pairs."""
+    result = Table(title="Averages, percent; seconds of all", box=SIMPLE_HEAD, padding=(0, 1, 0, 0))
+    result.add_column("method", no_wrap=True)
+    for folder, pairs in folders.items():
+        result.add_column(f"{folder}\n{sum(len(pair.masks) for pair in pairs)} figures", justify="right", no_wrap=True)
+    result.add_column("seconds", justify="right", no_wrap=True)
+    for name, of_method in results.items():
+        seconds = sum(one["seconds"] for one in of_method.values())
+        result.add_row(name, *(f"{value:.2f}" for value in averages(of_method, folders).values()), f"{seconds:.2f}")
+    return result
+
+
 def table(results: dict[str, dict[str, Result]]) -> Table:
-    """The results for reading, 80 characters wide: a block of lines for each method; printed figures have separate columns."""
+    """The results of a folder for reading, 80 characters wide: a block for each method; printed figures have separate columns."""
     result = Table(title="Bad pixels: off by more than 1 pixel, percent; seconds of one thread", box=SIMPLE_HEAD, padding=(0, 1, 0, 0),
                    caption=f"Printed: {SOURCE}.")
     result.add_column("method, pair", no_wrap=True)
@@ -78,12 +100,14 @@ def parser() -> Parser:
     """The arguments of the command."""
     result = Parser(
         prog="golden rivals", formatter_class=argparse.RawDescriptionHelpFormatter, description=textwrap.fill(
-            "Bad pixels and time of rival methods and of ours on the four pairs of the Middlebury benchmark, all from the same grey "
-            "levels, next to the figures that the thesis's Table 1 prints. A worker computes one method on one pair at a time, and "
-            "measures the processor time of its thread.", 100),
+            "Bad pixels and time of rival methods and of ours on the four pairs of the Middlebury benchmark, or on other sets, all "
+            "from the same grey levels, next to the figures that the thesis's Table 1 prints; and their averages in one table. A worker "
+            "computes one method on one pair at a time, and measures the processor time of its thread.", 100),
         epilog="\n".join(["methods:", *(f"  {name:22}{method.about}" for name, method in METHODS.items())]))
-    add_pair_options(result)
+    add_pair_options(result, several=True)
     result.add_argument("--methods", nargs="+", choices=METHODS, default=list(METHODS), metavar="NAME", help="which (default: all)")
+    result.add_argument("--cache", type=Path, default=Path("build/rivals"), metavar="DIR", help=(
+        "keep results and times there, by the content of their inputs; a second run computes what changed (default: %(default)s)"))
     add_worker_options(result)
     result.add_argument("--output", type=Path, metavar="FILE", help="write the results there too; suffix .json")
     return result
@@ -95,25 +119,22 @@ def run(argv: Sequence[str] | None) -> None:
     check_names(options, "methods", "pairs")
     output = check_output(options.output, (".json",)) if options.output else None
     check_installed(*sorted({need for name in options.methods if (need := METHODS[name].needs)}))
-    pairs = load_pairs(options.data, options.pairs)
+    check_folder(options.cache, "--cache")
+    folders = load_folders(options.data, options.pairs)
 
-    tasks = [(name, pair) for name in options.methods for pair in pairs]
-    found: dict[int, Result] = {}
+    pairs = {pair.name: pair for of_folder in folders.values() for pair in of_folder}
     with workers(options.workers, options.scheduler) as compute, progress() as bar:
-        task = bar.add_task("methods and pairs", total=len(tasks))
-
-        def done(number: int, result: Result) -> None:
-            found[number] = result
-            bar.advance(task)
-
-        compute([(measure, *each) for each in tasks], done)
-    results: dict[str, dict[str, Result]] = {name: {} for name in options.methods}
-    for number, (name, pair) in enumerate(tasks):  # in order, though they were done in any
-        results[name][pair.name] = found[number]
+        task = bar.add_task("methods and pairs", total=None)
+        found = run_kept(compute, Cache(options.cache), {(name, pair.name): (measure, pair, name)
+                                                        for name in options.methods for pair in pairs.values()},
+                         lambda count: bar.reset(task, total=count), lambda: bar.advance(task))
+    results = {name: {pair: figures(each, found[name, pair]) for pair, each in pairs.items()} for name in options.methods}
 
     if output:
-        write_json(output, document(results))
-    print_table(table(results))
+        write_json(output, document(results, folders))
+    for of_folder in folders.values():
+        print_table(table({name: {pair.name: of_method[pair.name] for pair in of_folder} for name, of_method in results.items()}))
+    print_table(summary(results, folders))
     for sentence in energies(results):
         print(sentence)
 

@@ -30,18 +30,20 @@ from ...pictures.truth import add_truth_options, check_truth_options, read_truth
 from ...pictures.white import add_white_option, check_white
 from ...tables import print_table
 from ..workers import check_installed
-from .options import check_names
-from .registry import METHODS
+from .options import check_names, load_folders
+from .registry import COMPARED, METHODS
 
 
 __all__ = ["BY_HAND", "DEFAULT_METHODS", "View", "compare", "inputs", "main", "motorcycle_view", "views"]
 
 
-DEFAULT_METHODS = ("one-pass-linear", "one-pass-fused", "one-pass-fused-2", "opencv-sgbm")
+DEFAULT_METHODS = ("one-pass-linear", *COMPARED)
 SCENE_SIZE = (320, 200, 32)  # width and height, pixels; number of disparities
 SMALL_SIZE = (48, 40, 8)     # of the scenes for the digest
 KNOWN = "known"
-FIGURES = {KNOWN: "all of known truth", "nonocc": "not occluded", "hard": "the objects that the scene is made for"}
+SEEN = ("nonocc", "disc")
+FIGURES = {KNOWN: "all of known truth", "nonocc": "not occluded", "disc": "near discontinuities",
+           "hard": "the objects that the scene is made for"}
 
 #: Of a page, what follows this line is written by hand and kept when the page is written again.
 BY_HAND = "<!-- By hand from here on; the command keeps it. -->"
@@ -64,6 +66,8 @@ class View:
     masks : dict of str to (H, W) bool ndarray
         Pixels that count, by the name of the figure, one of :data:`FIGURES`.
     disparities : int
+    folder : str or None
+        Of a set: that of ``--data``, over which figures are averaged.
     """
     name: str
     left: NDArray[np.uint8]
@@ -71,6 +75,13 @@ class View:
     truth: NDArray[np.float64] | None
     masks: dict[str, NDArray[np.bool_]]
     disparities: int
+    folder: str | None = None
+
+
+def set_views(folders: Sequence[Path]) -> list[View]:
+    """The sets of some folders."""
+    return [View(pair.name, pair.left, pair.right, pair.truth, {KNOWN: pair.masks["all"], **{name: pair.masks[name] for name in SEEN}},
+                 pair.disparities, folder) for folder, pairs in load_folders(folders).items() for pair in pairs]
 
 
 def views(names: Collection[str], size: tuple[int, int, int] | None = None) -> list[View]:
@@ -80,7 +91,7 @@ def views(names: Collection[str], size: tuple[int, int, int] | None = None) -> l
     for seed, (name, make) in enumerate(SCENES.items(), start=1):
         if name in names:
             scene = make(*size, seed)
-            masks = dict(zip(FIGURES, (np.ones_like(scene.visible), scene.visible, scene.hard), strict=True))
+            masks = {KNOWN: np.ones_like(scene.visible), "nonocc": scene.visible, "hard": scene.hard}
             result.append(View(name, scene.left, scene.right, scene.truth, masks, size[2]))
     return result
 
@@ -159,6 +170,16 @@ def page(head: str, compared: Sequence[View], rows: Rows, threshold: float, pict
         *markdown_table(["scene", "pixels", *(f"`{method}`" for method in methods)], cells, words=2), "", BY_HAND]) + by_hand
 
 
+def averages(compared: Sequence[View], rows: Rows) -> Rows:
+    """Averages of all figures of each method, for every folder that sets are from: a row for the table."""
+    result: Rows = {}
+    for folder in dict.fromkeys(view.folder for view in compared if view.folder):
+        of_sets = [rows[view.name] for view in compared if view.folder == folder]
+        found = {method: [value for of_view in of_sets for value in of_view[method].values()] for method in of_sets[0]}
+        result[folder] = {method: {f"average of {len(values)}": float(np.mean(values))} for method, values in found.items()}
+    return result
+
+
 def table(rows: Rows, threshold: float) -> Table:
     """The figures as a table: a block of rows for every view, a column for every method."""
     result = Table(title=f"Bad pixels: off by more than {threshold:g} pixel, percent", box=SIMPLE_HEAD, padding=(0, 1, 0, 0),
@@ -181,7 +202,7 @@ def parser() -> Parser:
     """The arguments of the command."""
     result = Parser(prog="golden compare", description=(
         "Bad pixels and disparities of several methods side by side: on the Motorcycle pair of scikit-image at full size, or on LEFT and "
-        "RIGHT instead, and on synthetic scenes that are hard for them. Needs no data."))
+        "RIGHT or --data instead, and on synthetic scenes that are hard for them. Needs no data."))
     result.add_argument("left", nargs="?", type=Path, metavar="LEFT", help="left picture, as of golden match")
     result.add_argument("right", nargs="?", type=Path, metavar="RIGHT", help="right picture, of the same size")
     result.add_argument("--disparities", type=int, metavar="N", help="number of disparities of LEFT and RIGHT")
@@ -189,6 +210,8 @@ def parser() -> Parser:
                         help=f"which scenes, none too: {', '.join(SCENES)} (default: all)")
     result.add_argument("--methods", nargs="+", choices=METHODS, default=list(DEFAULT_METHODS), metavar="NAME",
                         help=f"which of those of golden rivals (default: {' '.join(DEFAULT_METHODS)})")
+    result.add_argument("--data", nargs="+", type=Path, metavar="DIR", help=(
+        "compare on the benchmark or on all sets of these folders, see docs/data.md, in place of the Motorcycle pair, and average"))
     add_white_option(result)
     add_truth_options(result)
     result.add_argument("--output", type=Path, metavar="FILE", help=f"draw all pictures there; suffix {', '.join(SHEET_SUFFIXES)}")
@@ -207,11 +230,11 @@ def _pair(options: argparse.Namespace) -> View:
     return View(options.left.name, left, right, truth, {} if mask is None else {KNOWN: mask}, options.disparities)
 
 
-def _first(options: argparse.Namespace) -> View:
-    """The view of LEFT and RIGHT, or of the Motorcycle pair."""
-    if options.left:
-        return _pair(options)
-    return motorcycle_view()
+def _first(options: argparse.Namespace) -> list[View]:
+    """The views of the sets of ``--data``, of LEFT and RIGHT, or of the Motorcycle pair."""
+    if options.data:
+        return set_views(options.data)
+    return [_pair(options) if options.left else motorcycle_view()]
 
 
 def _check(options: argparse.Namespace) -> None:
@@ -225,6 +248,10 @@ def _check(options: argparse.Namespace) -> None:
     for name in ("disparities", "truth"):
         if getattr(options, name) is not None and not options.left:
             raise UserError(f"--{name} {getattr(options, name)} is for LEFT and RIGHT, which are missing; give them or leave it out")
+    if options.data and options.left:
+        raise UserError(f"--data {options.data[0]} is in place of LEFT and RIGHT, but {options.left} is given; leave one of them out")
+    if options.page and options.data:
+        raise UserError(f"--page {options.page} is for the Motorcycle pair, not for --data {options.data[0]}; leave one of them out")
     if options.page and options.left:
         raise UserError(f"--page {options.page} is for the Motorcycle pair, not for {options.left}; leave one of them out")
     if options.page and not options.output:
@@ -252,7 +279,7 @@ def run(argv: Sequence[str] | None) -> None:
         check_output(options.page, (".md",), "--page")
     check_installed(*sorted({need for name in options.methods if (need := METHODS[name].needs)}))
 
-    compared = [_first(options), *views(options.scenes)]
+    compared = [*_first(options), *views(options.scenes)]
     with progress() as bar:
         task = bar.add_task("", total=len(compared) * len(options.methods))
         rows, strips = compare(compared, options.methods, options.threshold, lambda what: bar.update(task, description=what),
@@ -261,7 +288,7 @@ def run(argv: Sequence[str] | None) -> None:
         write_comparison(output, strips)
     if options.page:
         _write_page(options, shlex.join(["python", "-m", "golden", "compare", *(sys.argv[1:] if argv is None else argv)]), compared, rows)
-    print_table(table(rows, options.threshold))
+    print_table(table(rows | averages(compared, rows), options.threshold))
 
 
 def main(argv: Sequence[str] | None = None) -> int:

@@ -16,7 +16,8 @@ from ...errors import UserError, run_cli
 from ...files import check_output, write_json
 from ...matcher.cost import local_disparity, matching_cost
 from ...matcher.labelling import labelling
-from ...pictures.dataset import StereoPair, load_pairs
+from ...pictures.dataset import StereoPair
+from ...pictures.sets import load_data
 from ...pictures.sheet import SHEET_SUFFIXES, save_figure
 from ...tables import print_table
 from ..workers import check_installed
@@ -167,7 +168,7 @@ def run(argv: Sequence[str] | None) -> None:
     output = check_output(options.output, SHEET_SUFFIXES) if options.output else None
     numbers = check_output(options.json, (".json",), "--json") if options.json else None
     check_installed("maxflow", "ortools")
-    pairs = load_pairs(options.data, options.pairs)
+    pairs = load_data(options.data, options.pairs)
 
     results = {}
     with progress() as bar:

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...pictures.dataset import MASKS, StereoPair
-from ..cache import Cache
+from ..cache import Cache, run_kept
 from ..workers import Job, Run
 from . import sweeps
 
@@ -52,21 +52,7 @@ class Laboratory:
 
     def run(self, what: str, jobs: Mapping[Hashable, Job]) -> dict[Any, Result]:
         """Results of jobs, by the same keys: from the cache, or computed."""
-        cache = self.cache
-        results = {key: kept for key, job in jobs.items() if cache and (kept := cache.load(job)) is not None}
-        missing = [(key, job) for key, job in jobs.items() if key not in results]
-        self.begin(what, len(missing))
-
-        def done(number: int, result: Result) -> None:
-            key, job = missing[number]
-            if cache:
-                cache.keep(job, result)
-            results[key] = result
-            self.advance()
-
-        if missing:
-            self.workers([job for _, job in missing], done)
-        return results
+        return run_kept(self.workers, self.cache, jobs, lambda count: self.begin(what, count), self.advance)
 
     def by_method(self) -> dict[tuple[str, str], Result]:
         """Results of :func:`golden.lab.thesis.sweeps.labels_of` for every pair and method."""

@@ -2,11 +2,11 @@
 
 from ...pictures.dataset import MASKS
 from ..published import TABLE_1, TABLE_1_PAIR, TABLE_2, TABLE_3
-from ..rivals.registry import METHODS
+from ..rivals.registry import METHODS, measure
 from . import sweeps
 from .laboratory import Laboratory, Result, difference, percent
 from .page import Section, Table
-from .rivals import RIVALS, SLOW, rival_figures
+from .rivals import RIVALS, SLOW
 
 
 __all__ = ["table_1", "table_2", "table_3"]
@@ -19,7 +19,7 @@ OURS = {"float": "Proposed Method", "thesis": "Proposed Method", "linear": "Prop
 def table_1(lab: Laboratory) -> Section:
     """Methods on Tsukuba, and on all pairs."""
     rivals = [name for name in RIVALS if not (lab.quick and name in SLOW)]
-    measured = lab.run("rivals", {(name, pair): (rival_figures, each, name) for name in rivals for pair, each in lab.pairs.items()})
+    measured = lab.run("rivals", {(name, pair): (measure, each, name) for name in rivals for pair, each in lab.pairs.items()})
     results = lab.by_method()
     methods: dict[str, tuple[str | None, dict[str, Result]]] = {
         f"one pass, {method}": (OURS[method], {pair: results[pair, method] for pair in lab.pairs}) for method in sweeps.METHODS}

@@ -32,6 +32,8 @@ def test_right_view_fast_equals_plain(minimum, width, disparities):
     cost = np.random.default_rng(1).integers(0, 6, (3, width, disparities), dtype=np.uint8)
     cost[2] += 250
     np.testing.assert_array_equal(right_view(cost, this), right_view_plain(cost, this))
+    wide = cost.astype(np.uint16) * 120 + 2000  # up to 32,600
+    np.testing.assert_array_equal(right_view(wide, this), right_view_plain(wide, this))
 
 
 @pytest.mark.parametrize("label, seen, tolerance, expected", [

@@ -6,15 +6,12 @@ import shutil
 import numpy as np
 import pytest
 
-from golden.config import FUSED_1, FUSED_2, MatcherConfig
 from golden.errors import UserError
-from golden.lab.evaluate import average, evaluate
 from golden.pictures import sets
 from golden.pictures.dataset import MASKS, PAIRS
 from golden.pictures.images import write_picture
 from golden.pictures.masks import computed_masks
 from golden.pictures.scenes import layers
-from tests.kit import training_sets
 
 
 NAMES = {"ours": ("left", "right", "disp_left", "disp_right"), "middlebury": ("view1", "view5", "disp1", "disp5")}
@@ -70,7 +67,18 @@ def test_a_folder_of_both_layouts(tmp_path, monkeypatch):
     assert [pair.name for pair in sets.load_data(tmp_path)] == ["a", "b", "c"]
     assert [pair.name for pair in sets.load_data(tmp_path, ["c", "b"])] == ["c", "b"]
     monkeypatch.chdir(tmp_path / "c")
-    assert [pair.name for pair in sets.load_data(".")] == ["c"]
+    assert [pair.name for pair in sets.load_data(".")] == [pair.name for pair in sets.load_data(".", ["c"])] == ["c"]
+
+
+def test_a_set_itself(tmp_path):
+    """What is in its folder does not count, and neither do files of the other layout."""
+    written = write_set(tmp_path / "a", meta={"scale": 3})
+    write_set(tmp_path / "a" / "inner", meta={"scale": 3})
+    for name in NAMES["middlebury"]:
+        write_picture(tmp_path / "a" / f"{name}.png", np.ones((9, 9), np.uint8))
+    for place in (tmp_path, tmp_path / "a"):
+        pair, = sets.load_data(place)
+        same(pair, written)
 
 
 def test_the_mark_of_unknown_disparities(tmp_path, capsys):
@@ -167,11 +175,3 @@ def test_noise(tmp_path):
     # Clipped, not wrapped.
     dark = sets.with_noise(sets.with_noise(pair, 200), 0)
     assert (dark.left == 0).mean() > 0.1 and (dark.left == 255).mean() > 0.1
-
-
-@pytest.mark.parametrize("method, expected", [(FUSED_1, 17.14), (FUSED_2, 17.19)])
-def test_fourteen_sets(method, expected):
-    """The averages of docs/data.md; skips without these sets."""
-    pairs = training_sets()
-    figures = evaluate(pairs, lambda disparities: MatcherConfig(disparities, method=method))
-    assert sum(map(len, figures.values())) == 42 and average(figures) == pytest.approx(expected, abs=0.005)

@@ -12,8 +12,9 @@ from golden.lab.evaluate import evaluate
 from golden.lab.rivals import gaps, registry
 from golden.lab.rivals.registry import METHODS, measure
 from golden.pictures.dataset import MASKS, PAIRS, load_pair
-from golden.pictures.images import write_picture
+from golden.pictures.images import read_picture, write_picture
 from golden.pictures.scenes import layers
+from golden.pictures.sets import sets_in
 
 
 FREE = ["one-pass-linear", "dynamic-programming"]  # need no package of the extra
@@ -32,6 +33,7 @@ def folder(tmp_path, monkeypatch):
         for file, picture in (("left", left), ("right", right), ("disp_left", (scale * truth + (truth == 0)).astype(np.uint8)),
                               *((mask, np.uint8(255) * on) for mask, on in zip(MASKS, (visible, np.ones_like(edges), edges)))):
             write_picture(tmp_path / name / f"{file}.png", picture)
+        (tmp_path / name / "meta.json").write_text(json.dumps({"scale": scale, "disp_range": [0, labels - 1]}))
     return tmp_path
 
 
@@ -62,7 +64,8 @@ def test_rivals(folder, capsys):
     pairs = [load_pair(".", name) for name in ("tsukuba", "venus")]
     expected = evaluate(pairs, lambda disparities: MatcherConfig(labels=disparities, method=OnePass(Arithmetic.LINEAR)))
     assert {pair: one["figures"] for pair, one in rows["one-pass-linear"]["pairs"].items()} == expected
-    assert rows["one-pass-linear"]["average"] == pytest.approx(np.mean([list(row.values()) for row in expected.values()]))
+    mean = np.mean([list(row.values()) for row in expected.values()])
+    assert list(rows["one-pass-linear"]["averages"].values()) == [pytest.approx(mean)]
     # Printed figures are separate from measured ones, in another part and in other columns.
     assert rows["dynamic-programming"]["published"] == "Dynamic Programming" and "published" not in rows["one-pass-linear"]
     assert document["published"]["rows"]["Graph Cut Method"] == {"nonocc": 1.19, "all": 2.01, "disc": 6.24, "tool": "CPU", "seconds": 69.8}
@@ -79,9 +82,54 @@ def test_processes_change_nothing(folder, capsys):
     needs("dask")
     documents = []
     for workers in ("1", "2"):
-        assert main([*RIVALS, "--workers", workers]) == 0
+        assert main([*RIVALS, "--workers", workers, "--cache", f"kept-{workers}"]) == 0
         documents.append(stripped(json.loads((folder / "a.json").read_text())))
     assert documents[0] == documents[1]
+
+
+def test_results_are_kept(folder, capsys, monkeypatch):
+    needs("dask")
+    asked = [*RIVALS, "--workers", "1"]
+    assert main(asked) == 0
+    first, document = capsys.readouterr().out, (folder / "a.json").read_text()
+    assert len(list((folder / "build" / "rivals").iterdir())) == 2 * len(FREE)
+    measured = []
+    monkeypatch.setattr(registry, "bad_pixels", lambda *arguments: measured.append(arguments) or 50.0)
+    assert main(asked) == 0
+    assert capsys.readouterr().out == first and (folder / "a.json").read_text() == document and not measured
+    picture = read_picture(folder / "venus" / "left.png")
+    picture[0, 0] ^= 1
+    write_picture(folder / "venus" / "left.png", picture)
+    assert main(asked) == 0
+    assert len(measured) == len(FREE) * len(MASKS)  # venus only
+
+
+def test_folders_side_by_side(folder, capsys):
+    needs("dask")
+    (folder / "first").mkdir()
+    (folder / "tsukuba").rename(folder / "first" / "tsukuba")
+    (folder / "second").mkdir()
+    (folder / "venus").rename(folder / "second" / "venus")
+    left, right, truth, _ = layers(50, 30, 8, 5)
+    (folder / "second" / "other").mkdir()
+    for name, picture in (("view1", left), ("view5", right), ("disp1", (2 * truth).astype(np.uint8))):
+        write_picture(folder / "second" / "other" / f"{name}.png", picture)
+    (folder / "second" / "other" / "meta.json").write_text('{"scale": 2}')
+    asked = ["rivals", "--data", "second", "first", "--methods", *FREE, "--workers", "1", "--output", "a.json"]
+    assert main(asked) == 0
+    printed = capsys.readouterr()
+    lines = [line.split() for line in printed.out.splitlines()]
+    rows = json.loads((folder / "a.json").read_text())["methods"]
+    second, first = ([pair.name for pair in sets_in(place)] for place in ("second", "first"))
+    assert (second, first) == (["other", "venus"], ["tsukuba"])
+    start = lines.index(["method", "6", "figures", "3", "figures", "seconds"])
+    for name, row in rows.items():
+        assert list(row["pairs"]) == ["other", "venus", "tsukuba"]
+        means = [np.mean([list(row["pairs"][pair]["figures"].values()) for pair in pairs]) for pairs in (second, first)]
+        assert list(row["averages"].items()) == [("second", pytest.approx(means[0])), ("first", pytest.approx(means[1]))]
+        shown = next(line for line in lines[start:] if line[:1] == [name])
+        assert shown == [name, f"{means[0]:.2f}", f"{means[1]:.2f}", f"{row['seconds']:.2f}"]
+    assert sum(line[:3] == ["average", "of", "6"] for line in lines) == len(FREE)
 
 
 @pytest.mark.filterwarnings("default")  # of Tornado and asyncio
@@ -91,7 +139,7 @@ def test_a_cluster_changes_nothing(folder):
     assert main([*RIVALS, "--workers", "1"]) == 0
     here = stripped(json.loads((folder / "a.json").read_text()))
     with LocalCluster(n_workers=1, threads_per_worker=2, processes=False, protocol="tcp", dashboard_address=None) as cluster:
-        assert main([*RIVALS, "--scheduler", cluster.scheduler_address]) == 0
+        assert main([*RIVALS, "--scheduler", cluster.scheduler_address, "--cache", "other"]) == 0
     assert stripped(json.loads((folder / "a.json").read_text())) == here
 
 
@@ -117,13 +165,13 @@ def test_energies_are_shown(folder, capsys):
 
 def test_only_those_that_lower_it_have_an_energy():
     pair = load_pair(".", "venus")
-    assert "energy" not in measure("ssd-min-filter", pair) and "energy" in measure("one-pass-linear", pair)
+    assert "energy" not in measure(pair, "ssd-min-filter") and "energy" in measure(pair, "one-pass-linear")
 
 
 def test_seconds_are_those_of_the_method(monkeypatch):
     clock = iter([5.0, 7.5])
     monkeypatch.setattr(registry.time, "thread_time", lambda: next(clock))
-    assert measure("one-pass-linear", load_pair(".", "venus"))["seconds"] == 2.5
+    assert measure(load_pair(".", "venus"), "one-pass-linear")["seconds"] == 2.5
 
 
 def test_gaps(folder, capsys, monkeypatch):
@@ -155,7 +203,12 @@ BAD = [
     ("rivals", ["--workers", "0", "--methods", *FREE, "--pairs", "venus"], "--workers must be at least 1, not 0"),
     ("rivals", ["--output", "a.txt"], "a.txt has the suffix .txt"),
     ("rivals", ["--data", "none", "--methods", *FREE], "the data folder none does not exist"),
-    ("rivals", ["--methods", *FREE], "left.png does not exist; give the name of a picture"),
+    ("rivals", ["--methods", *FREE, "--pairs", "cones"], ". holds no set cones; those there are tsukuba, venus"),
+    ("rivals", ["--methods", *FREE, "--data", ".", "."], "--data names two folders "),
+    ("rivals", ["--methods", *FREE, "--data", ".", "tsukuba"], "the set tsukuba is in tsukuba and in another folder of --data"),
+    ("rivals", ["--methods", *FREE, "--data", ".", "venus", "--pairs", "venus"], "--pairs venus chooses in one folder, but --data names 2"),
+    ("rivals", ["--methods", *FREE, "--cache", "venus/left.png"], "--cache"),
+    ("gaps", ["--pairs", "cones"], ". holds no set cones; those there are tsukuba, venus"),
     ("gaps", ["--every", "0"], "--every must be at least 1, not 0"),
     ("gaps", ["--pairs", "venus", "venus"], "--pairs names venus more than once"),
     ("gaps", ["--output", "a.json"], "a.json has the suffix .json"),
@@ -171,7 +224,7 @@ def test_bad_input(folder, capsys, command, arguments, message):
     printed = capsys.readouterr()
     assert printed.out == "" and printed.err.count("\n") == 1
     assert printed.err.startswith(f"golden {command}: ") and message in printed.err
-    assert not list(folder.glob("a.*"))
+    assert not list(folder.glob("a.*")) and not (folder / "build").exists()
 
 
 def test_no_cluster(capsys, folder):

@@ -13,6 +13,7 @@ from golden.pictures.dataset import StereoPair
 from golden.pictures.images import read_colours, write_picture
 from golden.pictures.metrics import bad_pixels
 from golden.pictures.scenes import SCENES, layers
+from golden.pictures.sets import sets_in
 
 
 FREE = ["--methods", "one-pass-linear", "dynamic-programming"]  # need no package of the extra
@@ -126,6 +127,32 @@ def test_what_the_sheet_shows(monkeypatch):
     assert titles[1] == f"one-pass-linear: {bad_pixels(expected[1], scene.truth, np.ones_like(scene.hard)):.1f} % bad"
 
 
+def test_sets(folder, capsys, monkeypatch):
+    """The sets of folders in place of the Motorcycle pair, with an average of every folder."""
+    shown = []
+    monkeypatch.setattr(compare, "write_comparison", lambda path, strips: shown.extend(strips))
+    for seed, name in enumerate(["one/a", "one/b", "two/c"]):
+        (folder / name).mkdir(parents=True)
+        left, right, truth, _ = layers(40, 30, 8, seed)
+        for file, picture in (("left", left), ("right", right), ("disp_left", (4 * truth).astype(np.uint8))):
+            write_picture(folder / name / f"{file}.png", picture)
+        (folder / name / "meta.json").write_text('{"scale": 4}')
+    assert main(["compare", "--data", "one", "two", "--scenes", "thin", *FREE, "--output", "a.png"]) == 0
+    printed = capsys.readouterr()
+    found = figures(printed.out)
+    masks = ("known", "nonocc", "disc")
+    sets = {pair.name: pair for pair in [*sets_in("one"), *sets_in("two")]}
+    for name, pair in sets.items():
+        for mask, counted in zip(masks, (pair.masks[mask] for mask in ("all", "nonocc", "disc")), strict=True):
+            assert found[name, mask][0] == f"{bad_pixels(linear(pair), pair.truth, counted):.2f}"
+    assert [strip.name for strip in shown] == [*sets, "thin"]
+    lines = [line.split() for line in printed.out.splitlines()]
+    for folder_name, names in (("one", "ab"), ("two", "c")):
+        bad = [bad_pixels(linear(sets[name]), sets[name].truth, mask) for name in names for mask in sets[name].masks.values()]
+        line = next(line for line in lines if line[:1] == [folder_name])
+        assert line[1:4] == ["average", "of", str(len(bad))] and line[4] == f"{np.mean(bad):.2f}"
+
+
 @pytest.fixture
 def small_motorcycle(monkeypatch):
     left, right, truth, visible = layers(40, 30, 8, 1)
@@ -175,6 +202,11 @@ def test_digest_is_of_the_inputs(small_motorcycle, monkeypatch):
     (["left.png", "right.png"], "--disparities is missing; give the number of disparities of the pictures, 2 to "),
     ([*GIVEN[:-1], "1"], "--disparities must be a whole number from 2 to "),
     (["left.png", "none.png", "--disparities", "8"], "none.png does not exist"),
+    ([*GIVEN, "--data", "."], "--data . is in place of LEFT and RIGHT, but left.png is given; leave one of them out"),
+    (["--data", ".", "--page", "a.md", "--output", "a.png"], "--page a.md is for the Motorcycle pair, not for --data .; leave one"),
+    (["--data", "none"], "the data folder none does not exist"),
+    (["--data", "."], ". holds left.png, but no truth disp_left.png"),
+    (["--data", ".", "--disparities", "8"], "--disparities 8 is for LEFT and RIGHT, which are missing"),
     (["--disparities", "8"], "--disparities 8 is for LEFT and RIGHT, which are missing"),
     (["--truth", "truth.npy"], "--truth truth.npy is for LEFT and RIGHT, which are missing"),
     ([*GIVEN, "--truth", "narrow.npy"], "narrow.npy has 39x30 pixels"),

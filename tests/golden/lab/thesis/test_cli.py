@@ -11,11 +11,11 @@ import pytest
 from golden.__main__ import main
 from golden.lab.cache import Cache
 from golden.lab.rivals import cuts, scanline
+from golden.lab.rivals.registry import measure
 from golden.lab.thesis import command, plots, results, specimen, sweeps, tables, weights
 from golden.lab.thesis.choices import Choice
 from golden.lab.thesis.laboratory import Laboratory
 from golden.lab.thesis.page import Table
-from golden.lab.thesis.rivals import rival_figures
 from golden.lab.workers import workers
 from golden.matcher.labelling import match
 from golden.pages import read_origin
@@ -152,7 +152,7 @@ def test_digest_is_of_the_inputs(folder, monkeypatch):
 def test_the_digest_does_not_depend_on_the_machine():
     found = {}
     pair = specimen.specimens()["venus"]
-    specimen._timeless([(sweeps.labels_of, pair, "float"), (rival_figures, pair, "dynamic-programming")], found.__setitem__)
+    specimen._timeless([(sweeps.labels_of, pair, "float"), (measure, pair, "dynamic-programming")], found.__setitem__)
     assert [result["seconds"] for result in found.values()] == [0, 0] and found[0]["labels"].any() and found[1]["bad"].any()
 
 
