@@ -6,7 +6,39 @@ from amaranth import *
 from amaranth.hdl import ValueLike
 
 
-__all__ = ["add_with_carry", "choose", "maximum", "multiply"]
+__all__ = ["add_all", "add_with_carry", "choose", "maximum", "multiply"]
+
+
+def add_all(m: Module, terms: Sequence[tuple[Value, int]], name: str = "sum") -> tuple[Signal, int]:
+    """Sum of unsigned values by a tree of pairs, with registers behind every level.
+
+    A term without a partner passes through a register, so that all take as long.
+
+    Parameters
+    ----------
+    m : Module
+    terms : sequence of (Value, int)
+        Two or more values and the largest of each.
+    name : str
+        Prefix of the signals.
+
+    Returns
+    -------
+    total : Signal
+        Exact.
+    latency : int
+        Cycles; one sum a cycle.
+    """
+    level = 0
+    while len(terms) > 1:
+        sums = []
+        for n in range(0, len(terms), 2):
+            values, limits = zip(*terms[n:n + 2])
+            total = Signal(range(sum(limits) + 1), name=f"{name}_{level}_{n // 2}", reset_less=True)
+            m.d.sync += total.eq(sum(values[1:], values[0]))
+            sums.append((total, sum(limits)))
+        terms, level = sums, level + 1
+    return terms[0][0], level
 
 
 def add_with_carry(a: Value, b: Value, carry: Value) -> Value:

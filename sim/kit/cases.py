@@ -17,13 +17,14 @@ from golden.matcher.cost import aligned, cost_energy, local_disparity, matching_
 from golden.matcher.fused import match as match_fused
 from golden.matcher.fused import stages
 from golden.matcher.lines import line_store
+from golden.matcher.recursive.weighted_median import weighted_median
 from golden.matcher.refine import median
 from hdl.matcher.stream import line_names
 
 
 __all__ = ["bec_words", "bec_words_of", "between_frames", "buffers_words", "camera", "census_words", "checked_words", "column_words",
            "comparable", "cost_words", "disparity_words", "edata_words", "engine_words", "fused_words", "label_words", "noise", "pack",
-           "pixel_words", "refined_words", "sub_pixel_words"]
+           "pixel_words", "refined_words", "sub_pixel_words", "weighted_words"]
 
 
 # Names of the parts of a pixel, in the order of golden's arrays.
@@ -181,8 +182,18 @@ def label_words(labels: NDArray[Any], passed: NDArray[Any], n: NDArray[Any], lef
 
 def refined_words(filled: NDArray[Any], passed: NDArray[Any], n: NDArray[Any], config: MatcherConfig, *, enable: bool = True,
                   minimum: int = 0) -> list[Payload]:
-    """Payloads of :class:`hdl.matcher.stream.DisparityWord` the median of filled labels, with their confidence."""
+    """Payloads of :class:`hdl.matcher.stream.DisparityWord`: the median of filled labels, with their confidence."""
     result = median(filled, config.method_as(Fused).refinement.median_size) if enable else filled
+    return _refined(result, filled, passed, n, config, minimum)
+
+
+def weighted_words(filled: NDArray[Any], passed: NDArray[Any], n: NDArray[Any], left: NDArray[Any], config: MatcherConfig, *,
+                   enable: bool = True, minimum: int = 0) -> list[Payload]:
+    """Payloads of :class:`hdl.matcher.stream.DisparityWord`: the weighted median of filled labels, with their confidence."""
+    return _refined(weighted_median(filled, passed, left) if enable else filled, filled, passed, n, config, minimum)
+
+
+def _refined(result, filled, passed, n, config, minimum):
     sure = confidence(result, filled, passed, n, config.method.disparity_scale)
     least = minimum * config.method.disparity_scale
     return [{"disparity": int(result[y, x]) + least, "passed": int(passed[y, x]), "confidence": int(sure[y, x]), **flags}

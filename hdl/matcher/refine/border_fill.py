@@ -111,7 +111,7 @@ class BorderSlope(wiring.Component):
         with m.If(s2_valid):
             m.d.sync += [starts.eq(now.last), seen.eq(~now.last & (seen | now.passed)), enabled.eq(now.enable)]
             with m.If(~seen):
-                m.d.sync += [x0.eq(Mux(starts, 0, x0 + 1)), goes_on.eq(1), away.eq(1), span.eq(0), fall.eq(0)]
+                m.d.sync += [x0.eq(Mux(starts, 0, x0 + 1)), goes_on.eq(1), away.eq(1), fall.eq(0)]
             with m.Else():
                 with m.If(away <= BORDER_SPAN):
                     m.d.sync += away.eq(away + 1)

@@ -1,24 +1,18 @@
 """Confidence of a disparity: the votes of its neighbourhood."""
 
 from amaranth import *
-from amaranth.lib import data, wiring
+from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
-from golden.config import CONFIDENCE_BITS, Fused, MatcherConfig
+from golden.config import CONFIDENCE_BITS, MatcherConfig
 from golden.matcher.confidence import WINDOW
 
+from ...parts.arithmetic import add_all
 from ..stream import LabelWord
+from .window import VoteColumn, column_registers, take_column
 
 
-__all__ = ["Confidence", "VoteColumn"]
-
-
-class VoteColumn(data.StructLayout):
-    """Labels of :data:`golden.matcher.confidence.WINDOW` lines at one ``x``, from top to bottom, whether they passed, the middle one's
-    size."""
-    def __init__(self, config: MatcherConfig):
-        word = LabelWord(config)
-        super().__init__({"label": data.ArrayLayout(word["label"].shape, WINDOW), "passed": WINDOW, "size": word["size"].shape})
+__all__ = ["Confidence"]
 
 
 class Confidence(wiring.Component):
@@ -33,7 +27,7 @@ class Confidence(wiring.Component):
     Parameters
     ----------
     config : :class:`MatcherConfig`
-        With the method :class:`golden.config.Fused`.
+        With a method that refines its labels.
 
     Members
     -------
@@ -70,12 +64,9 @@ class Confidence(wiring.Component):
         scale = self.config.method.disparity_scale
         reach = WINDOW // 2
 
-        # The window, its newest column first.
-        window = [Signal(VoteColumn(self.config), name=f"column_{n}", reset_less=True) for n in range(WINDOW)]
+        window = column_registers(self.i, WINDOW)
         m.d.comb += [self.center.eq(window[reach - 1].label[reach]), self.center_passed.eq(window[reach - 1].passed[reach])]
-        with m.If(self.advance):
-            for n, (column, newer) in enumerate(zip(window, [self.i, *window])):
-                m.d.sync += column.eq(Mux(self.opens, self.i, newer) if 0 < n <= reach else newer)
+        take_column(m, window, self.i, self.advance, self.opens)
         # Least label that agrees; below zero it wraps, and so do the differences.
         greatest = self.config.labels * scale - 1 + scale
         least    = Signal(range(greatest + 1), reset_less=True)
@@ -94,21 +85,13 @@ class Confidence(wiring.Component):
             agrees = difference <= 2 * scale
             m.d.sync += vote.eq(Cat(agrees & ~double, agrees & double))
 
-        # Their sum with the size. A term without a partner passes through a register, so that all take as long.
+        # Their sum with the size.
         size = window[reach].size
         for n in range(2):
             later = Signal.like(size, name=f"size_{n}", reset_less=True)
             m.d.sync += later.eq(size)
             size = later
-        terms = [*((vote, 2) for vote in votes), (size << 1, 2 * self.config.method_as(Fused).arms.support_max.bit_length())]
-        level = 0
-        while len(terms) > 1:
-            sums = []
-            for n in range(0, len(terms), 2):
-                values, limits = zip(*terms[n:n + 2])
-                total = Signal(range(sum(limits) + 1), name=f"sum_{level}_{n // 2}", reset_less=True)
-                m.d.sync += total.eq(sum(values[1:], values[0]))
-                sums.append((total, sum(limits)))
-            terms, level = sums, level + 1
-        m.d.comb += self.o.eq(terms[0][0] >> 2)
+        terms = [*((vote, 2) for vote in votes), (size << 1, 2 * self.config.refined.arms.support_max.bit_length())]
+        total, _ = add_all(m, terms)
+        m.d.comb += self.o.eq(total >> 2)
         return m

@@ -1,23 +1,17 @@
 """The last stage of the refinement: median of the labels, disparities with their confidence."""
 
-from typing import ClassVar
-
 from amaranth import *
-from amaranth.hdl import Mux
-from amaranth.lib import data, stream, wiring
+from amaranth.hdl import Mux, ValueLike
+from amaranth.lib import data, wiring
 from amaranth.lib.wiring import In, Out
 
 from golden.config import Fused, MatcherConfig
 from golden.matcher.confidence import WINDOW
 
-from ...parts.delay import Delay, StreamRegister
-from ...parts.queue import Queue
+from ...parts.delay import Delay
 from ...parts.sorting_network import Selection, merge, select, sort
-from ..settings import minimum_shape
-from ..stage import Stage
-from ..stream import DisparityWord, LabelWord, copy_flags
-from .confidence import Confidence
-from .window import REACH, LabelColumns, SlotWord
+from ..stream import LabelWord
+from .window_stage import WindowStage
 
 
 __all__ = ["Median", "MedianColumns"]
@@ -45,6 +39,8 @@ class MedianColumns(wiring.Component):
         ``i`` is the first column of its line, replicated to the left of the picture.
     o : Out(labels), done : Out(1)
     """
+    rows = WINDOW
+
     def __init__(self, config: MatcherConfig):
         self.config = config
         self.shape = shape = LabelWord(config)["label"].shape
@@ -67,6 +63,11 @@ class MedianColumns(wiring.Component):
             "o": Out(shape),
             "done": Out(1),
         })
+
+    @staticmethod
+    def part_of(column: data.View) -> ValueLike:
+        """What ``i`` is of a column."""
+        return column.label
 
     @property
     def latency(self) -> int:
@@ -124,107 +125,12 @@ def contenders(order: list[int], side: int) -> list[int]:
     return order[max(middle - later, 0):middle + 1]
 
 
-class Median(Stage):
+class Median(WindowStage):
     """Median of labels, with which a pixel's disparity and confidence follow: the end of the refinement.
 
-    Golden: :func:`golden.matcher.refine.median`, then ``disparity = label + minimum * config.method.disparity_scale``, and
-    :func:`golden.matcher.confidence.confidence` of the label among those before the median.
+    Golden: :func:`golden.matcher.refine.median`, and what :class:`WindowStage` adds.
 
-    Frames must be rectangular, closed by ``end`` and at most ``max_width`` wide; they may differ in size.
-
-    Timing: a pixel a cycle, :attr:`line_clocks` cycles more a line, :attr:`frame_lines` lines more a frame, in which no pixel is
-    accepted: the last lines are output without waiting for the next frame. If ``o`` does not stall, a pixel is valid :attr:`lines` lines
-    of ``W + line_clocks`` cycles and :attr:`latency` cycles after it was accepted. ``i.ready`` and ``o`` are registered.
-
-    Memory: that of :class:`LabelColumns`; a column, a sorted column and a result for the time that networks and votes take; an output
-    queue of :attr:`latency` words.
-
-    Parameters
-    ----------
-    config : :class:`MatcherConfig`
-        With the method :class:`golden.config.Fused`.
-
-    Members
-    -------
-    i : In(stream.Signature(LabelWord(config)))
-    o : Out(stream.Signature(DisparityWord(config)))
-    enable : In(1)
-        Off: labels are unchanged, at the same latency.
-    minimum : In(minimum_shape(config))
-        Disparity of the label 0, pixels. Both are sampled as the word marked ``first`` is accepted.
+    Memory: a column and a sorted column for the time that the networks take, and that of :class:`WindowStage`.
     """
-    name = "median"
-    settings: ClassVar = {"enable": "median", "minimum": "minimum"}
-    lines = frame_lines = REACH
-    line_clocks = REACH
-
-    def __init__(self, config: MatcherConfig):
-        self.config = config
-        self.columns = LabelColumns(config)
-        self.median = MedianColumns(config)
-        self.confidence = Confidence(config)
-        super().__init__({
-            "i": In(stream.Signature(LabelWord(config))),
-            "o": Out(stream.Signature(DisparityWord(config))),
-            "enable": In(1),
-            "minimum": In(minimum_shape(config)),
-        })
-
-    @property
-    def pipeline(self) -> int:
-        """Cycles from a label to the disparity that its column completes."""
-        return LabelColumns.LATENCY + self.median.latency + self.confidence.latency
-
-    @property
-    def latency(self) -> int:
-        """Cycles beyond :attr:`lines` lines from a pixel to its disparity, if ``o`` does not stall."""
-        return REACH + self.pipeline + 2 + StreamRegister.LATENCY
-
-    def elaborate(self, platform: object) -> Module:
-        m = Module()
-        config = self.config
-        m.submodules.columns, m.submodules.median, m.submodules.confidence = self.columns, self.median, self.confidence
-        columns, median, confidence = self.columns, self.median, self.confidence
-        wiring.connect(m, wiring.flipped(self.i), columns.i)
-        m.d.comb += [
-            columns.enable.eq(self.enable), columns.minimum.eq(self.minimum),
-            median.i.eq(columns.o.column.label), median.valid.eq(columns.valid), median.opens.eq(columns.o.opens),
-        ]
-
-        # The column in step with its median.
-        m.submodules.aside = slot_delay = Delay(SlotWord(config), median.latency)
-        slot  = slot_delay.o
-        label = Mux(slot.enable, median.o, confidence.center)
-        m.d.comb += [
-            slot_delay.i.eq(columns.o),
-            confidence.i.eq(slot.column), confidence.advance.eq(median.done), confidence.opens.eq(slot.opens),
-            confidence.disparity.eq(label),
-        ]
-
-        # The disparity in step with its confidence.
-        word  = Signal(DisparityWord(config), reset_less=True)
-        shown = Signal(confidence.latency)
-        m.d.sync += [
-            word.disparity.eq(label + slot.minimum * config.method.disparity_scale), word.passed.eq(confidence.center_passed),
-            *copy_flags(word, slot), shown.eq(Cat(median.done & slot.shown, shown)),
-        ]
-        m.submodules.result = result = Delay(DisparityWord(config), confidence.latency - 1)
-        m.d.comb += result.i.eq(word)
-
-        # The pipeline never stalls: a column is issued only while the output queue has room for all in flight. This is decided a cycle
-        # ahead, hence the margin of two columns.
-        depth  = self.pipeline + 4
-        unread = Signal(range(depth + 1))  # issued, not yet read from the queue
-        final  = Signal(DisparityWord(config))
-        m.submodules.output = output = Queue(DisparityWord(config), depth)
-        m.submodules.register = register = StreamRegister(DisparityWord(config))
-        wiring.connect(m, output.o, register.i)
-        wiring.connect(m, register.o, wiring.flipped(self.o))
-        m.d.sync += [
-            unread.eq(unread + columns.issued - (output.o.valid & output.o.ready)), columns.go.eq(unread < depth - 1),
-        ]
-        m.d.comb += [
-            final.eq(result.o), final.confidence.eq(confidence.o),
-            output.i.payload.eq(final), output.i.valid.eq(shown[-1]),
-        ]
-        return m
+    selection = MedianColumns
+    lines = frame_lines = line_clocks = WINDOW // 2

@@ -6,12 +6,14 @@ import re
 
 import pytest
 
-from golden.config import FUSED_1, Arithmetic, Engine, MatcherConfig, OnePass
+from golden.config import FUSED_1, RECURSIVE_1, Arithmetic, Engine, MatcherConfig, OnePass
 from hdl.matcher.census import CensusStage
 from hdl.matcher.matcher import Matcher
 from hdl.matcher.methods import METHODS
+from hdl.matcher.refine.border_fill import BorderFill
 from hdl.matcher.refine.fill import Fill
 from hdl.matcher.refine.median import Median
+from hdl.matcher.refine.weighted_median import WeightedMedian
 from hdl.matcher.sequential.bec import Bec
 from hdl.matcher.shift import RightShift
 from hdl.matcher.streaming.bec_array import BecArray
@@ -28,6 +30,7 @@ PAGE = (pathlib.Path(__file__).parents[3] / "docs" / "architecture.md").read_tex
 SEQUENTIAL, STREAMING = (MatcherConfig(80, 720, method=OnePass(arithmetic), engine=engine)
                          for arithmetic, engine in ((Arithmetic.THESIS, Engine.SEQUENTIAL), (Arithmetic.LINEAR, Engine.STREAMING)))
 FUSED = MatcherConfig(80, 720, method=FUSED_1)
+RECURSIVE = MatcherConfig(80, 720, method=RECURSIVE_1)
 
 
 @pytest.fixture(autouse=True)
@@ -50,12 +53,19 @@ def stage(built):
     return f"{lines}{built.latency} clocks", f", and {built.line_clocks} clocks a line" if built.line_clocks else ""
 
 
-@pytest.mark.parametrize("part", [RightShift, CensusStage, Fill, Median], ids=lambda part: part.__name__)
+@pytest.mark.parametrize("part", [RightShift, CensusStage, Fill, Median, BorderFill, WeightedMedian], ids=lambda part: part.__name__)
 def test_stages(part):
     latency, rate = row(part.__name__)
-    expected, line_clocks = stage(part(FUSED))
-    assert latency == expected and rate.partition("a clock")[2].startswith(line_clocks)
+    expected, line_clocks = stage(part(RECURSIVE if part in (BorderFill, WeightedMedian) else FUSED))
+    assert latency.partition(":")[0] == expected and rate.partition("a clock")[2].startswith(line_clocks)
     assert line_clocks or rate == "a pixel a clock"
+
+
+def test_weighted_median():
+    for labels in (2, 5, 80, 256):
+        built = WeightedMedian(MatcherConfig(labels, 720, method=RECURSIVE_1))
+        assert built.latency == 19 + 9 * (labels - 1).bit_length()
+    assert row("WeightedMedian")[0].endswith(": 19 and 9 a bit of a label")
 
 
 def test_arrays():

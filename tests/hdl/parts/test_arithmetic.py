@@ -8,7 +8,7 @@ from amaranth import *
 from amaranth.lib import data, wiring
 from amaranth.lib.wiring import In, Out
 
-from hdl.parts.arithmetic import add_with_carry, choose, maximum, multiply
+from hdl.parts.arithmetic import add_all, add_with_carry, choose, maximum, multiply
 from sim.kit.clocked import run_clocked
 
 
@@ -32,6 +32,30 @@ def test_multiply(a_bits, b_bits, latency):
     out = run_clocked(dut, [{"a": a, "b": b} for a, b in pairs], ["o"], drain=latency)
     assert dut.latency == latency
     assert [cycle["o"] for cycle in out[latency:]] == [a * b for a, b in pairs]
+
+
+class Total(wiring.Component):
+    def __init__(self, limits):
+        self.limits = limits
+        super().__init__({**{f"i{n}": In(range(limit + 1)) for n, limit in enumerate(limits)}, "o": Out(range(sum(limits) + 1))})
+
+    def elaborate(self, platform):
+        m = Module()
+        total, self.latency = add_all(m, [(getattr(self, f"i{n}"), limit) for n, limit in enumerate(self.limits)])
+        assert total.shape() == Shape.cast(range(sum(self.limits) + 1))
+        m.d.comb += self.o.eq(total)
+        return m
+
+
+@pytest.mark.parametrize("limits, latency", [((3, 1), 1), ((2, 2, 12), 2), ((8,) * 7, 3), ((1, 5, 8, 8, 3, 0, 200, 7, 9), 4)])
+def test_add_all(limits, latency):
+    """The least, the greatest and random values, a sum a cycle; a term without a partner takes as long as the others."""
+    rng = np.random.default_rng(1)
+    cases = [limits, [0] * len(limits), *(rng.integers(0, np.add(limits, 1)).tolist() for _ in range(50))]
+    dut = Total(limits)
+    out = run_clocked(dut, [{f"i{n}": value for n, value in enumerate(case)} for case in cases], ["o"], drain=latency)
+    assert dut.latency == latency
+    assert [cycle["o"] for cycle in out[latency:]] == [sum(case) for case in cases]
 
 
 class Sum(wiring.Component):

@@ -99,6 +99,19 @@ def test_every_span(span, sub_pixel):
     assert [comparable(word) for word in given] == label_words(filled(config, labels, passed), *rest)
 
 
+def test_pixels_far_away():
+    """The surface does not reach pixels that are far away, however far, though none between passes."""
+    config = config_of(max_width=200)
+    labels = np.tile(np.maximum(60 - np.arange(200), 40), (40, 1))
+    passed = np.tile((np.arange(200) >= 5) & (np.arange(200) < 26), (40, 1))
+    for line, which in enumerate(passed):
+        which[35 + 4 * line:] = True
+    labels[:, 30:] = 41 - np.arange(40)[:, None] % 3
+    rest = passed, np.ones_like(labels), np.zeros_like(labels)
+    given = run_stream(BorderFill(config), label_words(labels, *rest), rng=np.random.default_rng(1), inputs={"enable": 1}, timeout=300)
+    assert [comparable(word) for word in given] == label_words(filled(config, labels, passed), *rest)
+
+
 @pytest.mark.parametrize("labels, sub_pixel", [(18, False), (40, True)])
 @pytest.mark.parametrize("width", [18, 40, 300])
 def test_greatest_rise(width, labels, sub_pixel):
