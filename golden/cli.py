@@ -232,8 +232,8 @@ def gateware_config(options: argparse.Namespace, disparities: int, max_width: in
     config = method_config(options, disparities, Arithmetic.THESIS if options.engine is Engine.SEQUENTIAL else Arithmetic.LINEAR, max_width)
     engines = config.method.engines
     if not engines:
-        others = " or ".join(methods_with(lambda method: bool(method.engines)))
-        raise UserError(f"--method {named.name} has no gateware yet; choose --method {others}, or use python -m golden match")
+        raise UserError(f"--method {named.name} has no gateware with these parameters; leave out --parameters and --sub-pixel, or use "
+                        "python -m golden match")
     engine = options.engine or (Engine.STREAMING if Engine.STREAMING in engines else engines[0])
     if engine not in engines:
         if chooses:

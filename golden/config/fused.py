@@ -212,6 +212,16 @@ class Fused:
         return self.cost.maximum
 
     @property
+    def view_max(self) -> int:
+        """Largest cost that the right view compares."""
+        return self.joined_max
+
+    @property
+    def census_above(self) -> bool:
+        """Whether the pixel two lines above comes with a census."""
+        return bool(self.vertical)
+
+    @property
     def joined_max(self) -> int:
         """Largest cost ``V`` with those of the lines above and below: of four shares."""
         return self.cost.maximum * 4 if self.vertical else self.cost.maximum

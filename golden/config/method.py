@@ -4,7 +4,7 @@ import dataclasses
 from collections.abc import Mapping
 from typing import Any, ClassVar, Protocol, TypeVar
 
-from .fused import Refinement
+from .fused import FusedCost, Refinement
 from .limits import Arithmetic, Engine, Setting, Weights
 
 
@@ -88,6 +88,18 @@ class Support(Protocol):
 
 class RefinedMethod(Method, Protocol):
     """A method whose labels come from supports along the line and are checked and refined."""
+    @property
+    def cost(self) -> FusedCost:
+        """The cost of a candidate, fused with a census."""
+
+    @property
+    def census_above(self) -> bool:
+        """Whether the pixel two lines above comes with a census."""
+
+    @property
+    def view_max(self) -> int:
+        """Largest cost that the right view compares."""
+
     @property
     def arms(self) -> Support:
         """The support of a pixel."""

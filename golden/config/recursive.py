@@ -33,6 +33,11 @@ class RecursiveCost(FusedCost):
 
     LIMITS: ClassVar[Mapping[str, range]] = {**FusedCost.LIMITS, "cost_limit": range(1, FusedCost.MAX + 1), "census_threshold": range(8)}
 
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if self.cost_outside > self.cost_limit:
+            raise ValueError(f"cost_outside must be at most cost_limit, {self.cost_limit}, not {self.cost_outside}")
+
     @property
     def darker_by(self) -> int:
         """Grey levels by which a neighbour is darker than the centre at most without a bit in the census."""
@@ -118,7 +123,7 @@ class Propagation:
     gate_numerator, gate_offset, gate_floor : int
         Costs carried over a difference of ``dI`` grey levels are at most ``max(gate_floor, gate_numerator // (gate_offset + dI))``.
     fan : int
-        Columns to the left and to the right at which the line above is looked at too, pixels, ``1..31``.
+        Columns to the left and to the right at which the line above is looked at too, pixels, ``3..31``.
     above_share, below_share : int
         Eighths of the costs from above and from below that join a pixel's own, ``0..15``. Settings.
     from_below : bool
@@ -139,7 +144,7 @@ class Propagation:
     SHARE_MAX: ClassVar[int] = 15
     LIMITS: ClassVar[Mapping[str, range]] = {
         "spread_step": range(1, 128), "spread_jump": range(1, 128), "gate_numerator": range(1, 1 << 12), "gate_offset": range(1, 256),
-        "gate_floor": range(128), "fan": range(1, 32), "above_share": range(SHARE_MAX + 1), "below_share": range(SHARE_MAX + 1),
+        "gate_floor": range(128), "fan": range(3, 32), "above_share": range(SHARE_MAX + 1), "below_share": range(SHARE_MAX + 1),
     }
 
     def __post_init__(self) -> None:
@@ -204,8 +209,8 @@ class Recursive:
 
     @property
     def engines(self) -> tuple[Engine, ...]:
-        """None: there is no gateware for it."""
-        return ()
+        """The streaming engine; none with costs from below or sub-pixel disparities, which have no gateware."""
+        return () if self.propagation.from_below or self.refinement.sub_pixel else (Engine.STREAMING,)
 
     @property
     def matching_cost(self) -> MatchingCost:
@@ -216,6 +221,16 @@ class Recursive:
     def cost_max(self) -> int:
         """Largest cost ``C`` of a candidate."""
         return self.cost.maximum
+
+    @property
+    def view_max(self) -> int:
+        """Largest cost that the right view compares."""
+        return self.data_max
+
+    @property
+    def census_above(self) -> bool:
+        """Whether the pixel two lines above comes with a census."""
+        return False
 
     @property
     def own_max(self) -> int:

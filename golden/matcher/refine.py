@@ -59,7 +59,7 @@ def check(labels, right, config: MatcherConfig):
     -------
     (H, W) bool ndarray
     """
-    tolerance = config.method.refinement.tolerance  # type: ignore[attr-defined]
+    tolerance = config.refined.refinement.tolerance
     matched = np.arange(labels.shape[1]) - labels - config.minimum
     seen = np.take_along_axis(right, np.maximum(matched, 0), axis=1)
     return (matched >= 0) & (np.abs(seen - labels) <= tolerance)
@@ -131,7 +131,7 @@ def right_view_plain(cost, config: MatcherConfig):
 def check_plain(labels, right, config: MatcherConfig):
     """:func:`check`, pixel by pixel."""
     height, width = labels.shape
-    tolerance = config.method.refinement.tolerance  # type: ignore[attr-defined]
+    tolerance = config.refined.refinement.tolerance
     result = np.zeros((height, width), dtype=bool)
     for y in range(height):
         for x in range(width):

@@ -53,7 +53,7 @@ def fused_cost(left, right, config: MatcherConfig):
     (H, W, D) uint8 ndarray
         At most :attr:`golden.config.FusedCost.maximum`; ``cost_outside`` where the right pixel lies outside the picture.
     """
-    cost = config.method.cost  # type: ignore[attr-defined]
+    cost = config.refined.cost
     energy = matching_cost(left, right, config)
     left_bits, right_bits = (census(side, cost) for side in aligned(left, right, config.minimum))
     beyond = outside(energy.shape[1], config)

@@ -1,19 +1,20 @@
 """Census of both pictures at every pixel."""
 
 from itertools import pairwise
+from typing import ClassVar
 
 from amaranth import *
-from amaranth.lib import stream
-from amaranth.lib.wiring import In, Out
+from amaranth.lib import data, stream
+from amaranth.lib.wiring import In, Member, Out
 
-from golden.config import Fused, MatcherConfig
+from golden.config import MatcherConfig
 
 from ..parts.delay import data_register
 from .stage import Stage
 from .stream import CensusWord, ColumnWord, copy_flags, line_names
 
 
-__all__ = ["CensusStage"]
+__all__ = ["BlindCensusStage", "CensusStage"]
 
 
 class CensusStage(Stage):
@@ -41,24 +42,33 @@ class CensusStage(Stage):
     """
     name = "census"
 
-    def __init__(self, config: MatcherConfig):
+    def __init__(self, config: MatcherConfig, **members: Member):
         self.config = config
-        method = config.method_as(Fused)
-        self.rows = max(5 if method.vertical else 3, method.cost.census_rows)
+        method = config.refined
+        self.rows = max(5 if method.census_above else 3, method.cost.census_rows)
         self.line_clocks = max(1, method.cost.census_columns // 2)
         super().__init__({
             "i": In(stream.Signature(ColumnWord(self.rows))),
             "o": Out(stream.Signature(CensusWord(config))),
+            **members,
         })
 
     @property
     def latency(self) -> int:
         """Cycles from a column to the census at it."""
-        return 2 + self.config.method_as(Fused).cost.census_columns // 2
+        return 2 + self.config.refined.cost.census_columns // 2
+
+    def _threshold(self, m: Module, output: Value, centre: data.View) -> Value:
+        """Grey levels by which a neighbour must be darker, less one; in the cycle of ``output``."""
+        return Const(0)
+
+    def _darker(self, pixel: Value, centre: Value, threshold: Value) -> Value:
+        """Whether a neighbour has a bit."""
+        return pixel < centre
 
     def elaborate(self, platform: object) -> Module:
         m = Module()
-        columns = self.config.method_as(Fused).cost.census_columns
+        columns = self.config.refined.cost.census_columns
         reach = columns // 2
 
         # A skid buffer, so that `i.ready` is a register: much of the line store depends on it.
@@ -97,7 +107,8 @@ class CensusStage(Stage):
                 m.d.sync += newest.eq(next_column)
 
         # Comparisons, straight into registers.
-        first_row = (self.rows - self.config.method_as(Fused).cost.census_rows) // 2
+        threshold = self._threshold(m, output, centre)
+        first_row = (self.rows - self.config.refined.cost.census_rows) // 2
         names = line_names(self.rows)[first_row:self.rows - first_row]
         payload = data_register(m, self.o.payload)
         with m.If(self.o.ready):
@@ -106,8 +117,34 @@ class CensusStage(Stage):
             m.d.sync += [self.o.valid.eq(1), payload.below.eq(centre.below), *copy_flags(payload, centre)]
             for side in ("left", "right"):
                 neighbours = [column[side][name] for name in names for column in window if not (name == "line" and column is centre)]
-                m.d.sync += payload[f"{side}_census"].eq(Cat(pixel < centre[side].line for pixel in neighbours))
+                m.d.sync += payload[f"{side}_census"].eq(Cat(self._darker(pixel, centre[side].line, threshold) for pixel in neighbours))
                 m.d.sync += [payload[side][name].eq(centre[side][name]) for name in line_names(3)]
-            if self.config.method_as(Fused).vertical:
+            if self.config.refined.census_above:
                 m.d.sync += payload.above.eq(centre.left.minus2)
         return m
+
+
+class BlindCensusStage(CensusStage):
+    """A :class:`CensusStage` that is blind to small differences: a neighbour has a bit if it is darker by more than ``threshold``.
+
+    Golden: :func:`golden.matcher.census.census` with that :attr:`golden.config.RecursiveCost.census_threshold`.
+
+    Members
+    -------
+    threshold : In(3)
+        Grey levels; sampled with the word marked ``first``.
+    """
+    settings: ClassVar = {"threshold": "census_threshold"}
+
+    def __init__(self, config: MatcherConfig):
+        super().__init__(config, threshold=In(3))
+
+    def _threshold(self, m: Module, output: Value, centre: data.View) -> Value:
+        held = Signal.like(self.threshold, reset_less=True)
+        now = Mux(centre.first, self.threshold, held)
+        with m.If(output):
+            m.d.sync += held.eq(now)
+        return now
+
+    def _darker(self, pixel: Value, centre: Value, threshold: Value) -> Value:
+        return pixel + threshold < centre

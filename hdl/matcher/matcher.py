@@ -17,9 +17,8 @@ from .stream import DisparityWord, PixelPair
 __all__ = ["Matcher"]
 
 
-# Cycles that a line takes beyond its pixels: in the line store, and in the engine, which issues two of padding.
+# Cycles that a line takes beyond its pixels in the line store.
 _LINE_STORE_CLOCKS = 1
-_ENGINE_CLOCKS = 2
 
 
 class Matcher(wiring.Component):
@@ -80,7 +79,7 @@ class Matcher(wiring.Component):
         parts = self.parts
         in_front = _LINE_STORE_CLOCKS + sum(stage.line_clocks for stage in parts.columns)
         lengthened = sum(stage.line_clocks for stage in parts.pixels)
-        return max([lengthened + max(_ENGINE_CLOCKS, in_front), *(stage.line_clocks for stage in parts.labels)])
+        return max([lengthened + max(parts.engine.padding_clocks, in_front), *(stage.line_clocks for stage in parts.labels)])
 
     def frame_clocks(self, width: int, height: int) -> int:
         """Cycles from one frame's first disparity to the next one's, if neither ``i`` nor ``o`` stalls.

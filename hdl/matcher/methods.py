@@ -2,12 +2,15 @@
 
 from dataclasses import dataclass
 
-from golden.config import Engine, Fused, MatcherConfig, OnePass
+from golden.config import Engine, Fused, MatcherConfig, OnePass, Recursive
 
-from .census import CensusStage
+from .census import BlindCensusStage, CensusStage
 from .lead import Lead
+from .recursive.engine import RecursiveEngine
+from .refine.border_fill import BorderFill
 from .refine.fill import Fill
 from .refine.median import Median
+from .refine.weighted_median import WeightedMedian
 from .sequential.bec import Bec
 from .sequential.engine import SequentialEngine
 from .shift import RightShift
@@ -27,15 +30,18 @@ class Parts:
 
     Parameters
     ----------
-    costs : type of CostArray
+    costs : type of CostArray or None
         Of the streaming engine.
     label_output : type of LabelOutput
         Turns a selected label into the engine's output.
+    engine : type or None
+        In place of the streaming engine with such an array.
     pixels, columns, labels : tuple of types of Stage
         Stages in front of the line store, between it and the engine, and behind the engine.
     """
-    costs: type[CostArray]
+    costs: type[CostArray] | None = None
     label_output: type[LabelOutput] = PlainLabel
+    engine: type[RecursiveEngine] | None = None
     pixels: tuple[type[Stage], ...] = ()
     columns: tuple[type[Stage], ...] = ()
     labels: tuple[type[Stage], ...] = ()
@@ -45,6 +51,7 @@ class Parts:
 METHODS: dict[type, Parts] = {
     OnePass: Parts(costs=BecArray),
     Fused: Parts(pixels=(RightShift,), columns=(CensusStage,), costs=FusedArray, label_output=CheckedLabel, labels=(Fill, Median)),
+    Recursive: Parts(pixels=(RightShift,), columns=(BlindCensusStage,), engine=RecursiveEngine, labels=(BorderFill, WeightedMedian)),
 }
 
 
@@ -53,7 +60,7 @@ class Composition:
     """The parts of a configuration's matcher: stages, and an engine between them."""
     pixels: tuple[Stage, ...]
     columns: tuple[Stage, ...]
-    engine: StreamingEngine | SequentialEngine
+    engine: StreamingEngine | SequentialEngine | RecursiveEngine
     labels: tuple[Stage, ...]
 
     @property
@@ -69,8 +76,11 @@ def compose(config: MatcherConfig) -> Composition:
         raise ValueError(f"the method {config.method.name} has gateware for the least disparity 0 only, not {config.minimum}")
     in_front: tuple[type[Stage], ...] = (Lead, *parts.pixels) if config.lead else parts.pixels
     pixels, labels = (tuple(stage(config) for stage in stages) for stages in (in_front, parts.labels))
-    if config.engine is Engine.STREAMING:
+    columns = tuple(stage(config) for stage in parts.columns)
+    if parts.engine:
+        return Composition(pixels, columns, parts.engine(config), labels)
+    if config.engine is Engine.STREAMING and parts.costs:
         engine = StreamingEngine(config, parts.costs, parts.label_output, registered=bool(parts.labels))
-        return Composition(pixels, tuple(stage(config) for stage in parts.columns), engine, labels)
+        return Composition(pixels, columns, engine, labels)
     bec = Bec(config)
     return Composition(pixels, (bec,), SequentialEngine(config, bec), labels)

@@ -5,7 +5,7 @@ from typing import Any
 from amaranth.hdl import ShapeLike, signed
 from amaranth.lib import data
 
-from golden.config import PIXEL_BITS, Fused, MatcherConfig
+from golden.config import PIXEL_BITS, MatcherConfig
 
 
 __all__ = ["FLAGS", "BecWord", "CensusWord", "Column", "ColumnWord", "DisparityWord", "LabelWord", "Least", "PixelPair", "copy_flags",
@@ -51,8 +51,8 @@ class CensusWord(data.StructLayout):
     ``above``, with vertical support only: the left pixel two lines above.
     """
     def __init__(self, config: MatcherConfig):
-        bits = config.method_as(Fused).cost.neighbours
-        above = {"above": PIXEL_BITS} if config.method_as(Fused).vertical else {}
+        bits = config.refined.cost.neighbours
+        above = {"above": PIXEL_BITS} if config.refined.census_above else {}
         super().__init__({"left": Column(), "right": Column(), **above, "left_census": bits, "right_census": bits, "below": 1, **FLAGS})
 
 

@@ -6,7 +6,7 @@ from amaranth import *
 from amaranth.hdl import ValueLike
 
 
-__all__ = ["add_all", "add_with_carry", "choose", "maximum", "multiply"]
+__all__ = ["add_all", "add_with_carry", "bit_length", "choose", "maximum", "multiply"]
 
 
 def add_all(m: Module, terms: Sequence[tuple[Value, int]], name: str = "sum") -> tuple[Signal, int]:
@@ -94,3 +94,12 @@ def multiply(m: Module, name: str, a: Value, b: Value) -> tuple[Signal, int]:
         rows = sums
         latency += 1
     return rows[0], latency
+
+
+def bit_length(value: Value) -> Value:
+    """Bits of a number without leading zeros."""
+    bits = len(value)
+    length: Value = Const(0, bits.bit_length())
+    for place in range(bits):
+        length = Mux(value[place], place + 1, length)
+    return length

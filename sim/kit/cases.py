@@ -3,7 +3,7 @@
 The output of a stage is the input of the next one. Amaranth's simulator accepts payloads as dicts; a bench on Verilog packs them.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -14,17 +14,17 @@ from golden.config import Fused, MatcherConfig
 from golden.matcher.census import census
 from golden.matcher.confidence import confidence
 from golden.matcher.cost import aligned, cost_energy, local_disparity, matching_cost, sub_pixel_buffers, sub_pixels
-from golden.matcher.fused import match as match_fused
 from golden.matcher.fused import stages
 from golden.matcher.lines import line_store
+from golden.matcher.matcher import match
 from golden.matcher.recursive.weighted_median import weighted_median
 from golden.matcher.refine import median
 from hdl.matcher.stream import line_names
 
 
 __all__ = ["bec_words", "bec_words_of", "between_frames", "buffers_words", "camera", "census_words", "checked_words", "column_words",
-           "comparable", "cost_words", "disparity_words", "edata_words", "engine_words", "fused_words", "label_words", "noise", "pack",
-           "pixel_words", "refined_words", "sub_pixel_words", "weighted_words"]
+           "comparable", "cost_words", "disparity_words", "edata_words", "engine_words", "field_words", "fused_words", "label_words",
+           "noise", "pack", "pixel_words", "refined_words", "sub_pixel_words", "weighted_words"]
 
 
 # Names of the parts of a pixel, in the order of golden's arrays.
@@ -66,8 +66,8 @@ def column_words(left: NDArray[Any], right: NDArray[Any], rows: int = 3) -> list
 
 def census_words(left: NDArray[Any], right: NDArray[Any], config: MatcherConfig) -> list[Payload]:
     """Payloads of :class:`hdl.matcher.stream.CensusWord`."""
-    left_census, right_census = (census(picture, config.method_as(Fused).cost).tolist() for picture in (left, right))
-    above = {"above": line_store(left, 5)[..., 0].tolist()} if config.method_as(Fused).vertical else {}
+    left_census, right_census = (census(picture, config.refined.cost).tolist() for picture in (left, right))
+    above = {"above": line_store(left, 5)[..., 0].tolist()} if config.refined.census_above else {}
     return [{**word, "left_census": left_census[y][x], "right_census": right_census[y][x],
              **{name: picture[y][x] for name, picture in above.items()}}
             for (y, x, _), word in zip(_places(np.shape(left)), column_words(left, right))]
@@ -79,7 +79,7 @@ def engine_words(left: NDArray[Any], right: NDArray[Any], config: MatcherConfig)
     left, right = aligned(left, right, config.minimum, config.lead)
     height, width = np.shape(left)
     words = [{**word, "end": 0} for word in census_words(left, right, config)]
-    lines = 2 if config.method_as(Fused).vertical else 1
+    lines = 2 if config.refined.census_above else 1
     for below in range(lines):
         for x in range(width):
             last = int(x == width - 1)
@@ -100,11 +100,16 @@ def checked_words(left: NDArray[Any], right: NDArray[Any], config: MatcherConfig
             for y, x, flags in _places(np.shape(left))]
 
 
+def field_words(fields: Mapping[str, NDArray[Any]]) -> list[Payload]:
+    """Payloads of :class:`hdl.matcher.stream.DisparityWord` from the fields of a result."""
+    parts = {name: values.tolist() for name, values in fields.items()}
+    return [{**{name: int(part[y][x]) for name, part in parts.items()}, **flags}
+            for y, x, flags in _places(np.shape(fields["disparity"]))]
+
+
 def fused_words(left: NDArray[Any], right: NDArray[Any], config: MatcherConfig) -> list[Payload]:
     """Payloads of :class:`hdl.matcher.stream.DisparityWord`, method ``Fused``."""
-    result = match_fused(left, right, config)
-    parts = {name: getattr(result, name).tolist() for name in ("disparity", "passed", "confidence")}
-    return [{**{name: int(part[y][x]) for name, part in parts.items()}, **flags} for y, x, flags in _places(np.shape(left))]
+    return field_words(match(left, right, config))
 
 
 def _pixels(left, y, x):

@@ -71,6 +71,7 @@ class StreamingEngine(wiring.Component):
         Sampled with the first pixel of a frame that is admitted.
     """
     clocks_per_pixel = 1
+    padding_clocks = 2  # cycles of padding in a line
     rows = 3
 
     def __init__(self, config: MatcherConfig, costs: type[CostArray], label_output: type[LabelOutput], *, registered: bool = False):

@@ -54,7 +54,8 @@ def _sum(terms: Sequence[tuple[int, Value]]) -> Value:
 
 
 class FusedCell(wiring.Component):
-    """Fused cost of one label, ``C = (cost_factor * min(E, truncation) + census_weight * H) >> cost_shift``, floor.
+    """Fused cost of one label, ``C = (cost_factor * min(E, truncation) + census_weight * H) >> cost_shift``, floor,
+    at most ``cost.cap``.
 
     ``H`` counts the bits in which the censuses differ. The golden models are :func:`golden.matcher.support.fuse` and
     :func:`golden.matcher.support.fused_cost`; outside the picture ``C`` is ``cost_outside``.
@@ -77,17 +78,16 @@ class FusedCell(wiring.Component):
 
     def __init__(self, config: MatcherConfig):
         self.config = config
-        bits = config.method_as(Fused).cost.neighbours
+        bits = config.refined.cost.neighbours
         super().__init__({
             "left": In(Column()), "right": In(Column()), "left_census": In(bits), "right_census": In(bits), "inside": In(1),
             "valid1": In(1), "valid4": In(1), "valid6": In(1),
-            "cost": Out(range(config.method_as(Fused).cost.maximum + 1)),
+            "cost": Out(range(config.refined.cost.maximum + 1)),
         })
 
     def elaborate(self, platform: object) -> Module:
         m = Module()
-        method = self.config.method_as(Fused)
-        parameters = method.cost
+        parameters = self.config.refined.cost
         m.submodules.matching_cost = matching_cost = BecCell(self.config)
         m.d.comb += [
             matching_cost.left.eq(self.left), matching_cost.right.eq(self.right), matching_cost.inside.eq(self.inside),
@@ -136,7 +136,10 @@ class FusedCell(wiring.Component):
         before = Signal.like(weighted, reset_less=True)
         with m.If(self.valid6):
             m.d.sync += before.eq(weighted)
-        m.d.sync += data_register(m, self.cost).eq((first + before) >> parameters.cost_shift)
+        total: Value = (first + before) >> parameters.cost_shift
+        if parameters.cap < parameters.inside_max:
+            total = Mux(total > parameters.cap, parameters.cap, total)
+        m.d.sync += data_register(m, self.cost).eq(total)
         return m
 
 

@@ -6,6 +6,7 @@ from amaranth.lib.wiring import In, Out
 
 from golden.config import Fused, MatcherConfig
 
+from ...parts.arithmetic import bit_length
 from ...parts.delay import Delay
 from ..stage import CostArray, LabelOutput, Selected
 from ..stream import FLAGS, DisparityWord, LabelWord, copy_flags
@@ -88,14 +89,5 @@ class CheckedLabel(LabelOutput):
             m.d.comb += self.o.label.eq(checked.o.label)
         # The size is known two cycles after admission.
         m.submodules.size = size = Delay(self.o.size.shape(), self.selection_latency - 2 + check.LATENCY)
-        m.d.comb += [size.i.eq(_bit_length(self.size)), self.o.size.eq(size.o)]
+        m.d.comb += [size.i.eq(bit_length(self.size)), self.o.size.eq(size.o)]
         return m
-
-
-def _bit_length(value: Value) -> Value:
-    """Bits of a number without leading zeros."""
-    bits = len(value)
-    length: Value = Const(0, bits.bit_length())
-    for place in range(bits):
-        length = Mux(value[place], place + 1, length)
-    return length

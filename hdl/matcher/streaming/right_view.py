@@ -5,7 +5,7 @@ from amaranth.lib import data, wiring
 from amaranth.lib.memory import Memory
 from amaranth.lib.wiring import In, Out
 
-from golden.config import Fused, MatcherConfig
+from golden.config import MatcherConfig
 
 from ...parts.delay import NO_COLLISION, Delay, data_register
 from ..settings import minimum_shape
@@ -24,7 +24,7 @@ class RightWave(data.StructLayout):
     """
     def __init__(self, config: MatcherConfig):
         super().__init__({
-            "least": Least(range(config.method_as(Fused).joined_max + 1), config.labels), "closed": 1, "in_picture": 1,
+            "least": Least(range(config.refined.view_max + 1), config.labels), "closed": 1, "in_picture": 1,
             **({"none": 1} if config.lead else {}),
         })
 
@@ -50,7 +50,7 @@ class RightCell(wiring.Component):
         self.label = label
         wave = RightWave(config)
         super().__init__({
-            "completion": In(Completion(config)), "cost": In(range(config.method_as(Fused).joined_max + 1)),
+            "completion": In(Completion(config)), "cost": In(range(config.refined.view_max + 1)),
             "i": In(wave), "o": Out(wave),
         })
 
@@ -149,6 +149,6 @@ class LeftRightCheck(wiring.Component):
         checks = Signal(reset_less=True)
         m.d.comb += [own_label.i.label.eq(self.label), own_label.i.enable.eq(self.enable), inside_later.i.eq(inside)]
         m.d.sync += [apart.eq(seen - own_label.o.label), checks.eq(own_label.o.enable)]
-        tolerance = config.method_as(Fused).refinement.tolerance
+        tolerance = config.refined.refinement.tolerance
         m.d.sync += data_register(m, self.passed).eq(~checks | (inside_later.o & (apart >= -tolerance) & (apart <= tolerance)))
         return m

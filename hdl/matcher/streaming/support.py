@@ -12,7 +12,7 @@ from ...parts.delay import Delay, data_register
 from .waves import Completion, Pixel
 
 
-__all__ = ["Arms", "Ends", "Slot", "StepDelay", "SumWave", "SupportSource"]
+__all__ = ["Arms", "Ends", "Slot", "StepDelay", "SumWave", "SupportSource", "ones"]
 
 
 class StepDelay(wiring.Component):
@@ -128,7 +128,7 @@ class Arms(wiring.Component):
             reached = Signal(reach, name=f"reached_{name}", reset_less=True)  # all steps up to this one
             m.d.sync += reached.eq(Cat(flags[:j].all() for j in range(1, reach + 1)))
             lengths[name] = Signal(range(reach + 1), name=f"length_{name}", reset_less=True)
-            m.d.sync += lengths[name].eq(_ones(reached))
+            m.d.sync += lengths[name].eq(ones(reached))
 
         m.submodules.left = left = StepDelay(range(reach + 1), reach + 1)
         m.submodules.right = right_delay = Delay(range(reach + 1), StepDelay.LATENCY)
@@ -139,7 +139,7 @@ class Arms(wiring.Component):
         return m
 
 
-def _ones(reached: Value) -> Value:
+def ones(reached: Value) -> Value:
     """Number of low bits that are set, if all below a set one are: each bit of the result depends on few of them."""
     bits = []
     for place in range(len(reached).bit_length()):

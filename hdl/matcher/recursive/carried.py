@@ -1,0 +1,259 @@
+"""Costs from the line above: what all labels share, and the stages of a group of labels."""
+
+from amaranth import *
+from amaranth.lib import data, wiring
+from amaranth.lib.memory import Memory
+from amaranth.lib.wiring import In, Out
+
+from golden.config import PIXEL_BITS, MatcherConfig, Propagation, Recursive
+
+from ...parts.delay import NO_COLLISION, Delay, data_register
+from .source import Step
+
+
+__all__ = ["CarriedGroup", "CarriedSource", "Limits", "Taps"]
+
+
+class Limits(data.StructLayout):
+    """For a column of the line above: its least cost, and the greatest that is carried, ``least + spread_jump``."""
+    def __init__(self, config: MatcherConfig):
+        method = config.method_as(Recursive)
+        super().__init__({"least": range(method.data_max + 1), "limit": range(method.data_max + method.propagation.spread_jump + 1)})
+
+
+class Taps(data.StructLayout):
+    """A step on the line above.
+
+    ``place``: in the rings of the taps. ``opens``, ``edge``: as of :class:`hdl.matcher.recursive.source.Step`. The gates of the centre tap
+    and of those to its left and right, and the share of what they give; all 0 on the first line.
+    """
+    def __init__(self, config: MatcherConfig):
+        method = config.method_as(Recursive)
+        gate = range(method.carried_max + 1)
+        super().__init__({
+            "advance": 1, "place": range(method.propagation.fan), "opens": 1, "edge": 1, "centre": gate, "left": gate, "right": gate,
+        })
+
+
+class CarriedSource(wiring.Component):
+    """Addresses, limits and gates for the costs from the line above; golden: :func:`golden.matcher.recursive.neighbours.from_above`.
+
+    Timing: ``address`` in the cycle of ``i``, ``limits`` 3 cycles after it, ``place`` 5, ``taps`` :attr:`TAPS` cycles after it.
+
+    Memory: ``max_width`` grey levels and least costs; a ring of ``fan`` pairs of grey levels.
+
+    Members
+    -------
+    i : In(Step(config))
+    write : In(1), column : In(range(max_width)), least : In(range(data_max + 1))
+        The least cost of a pixel of this line, for the next one.
+    address : Out(range(max_width))
+    limits : Out(Limits(config))
+    place : Out(range(fan))
+    taps : Out(Taps(config))
+    """
+    TAPS = 7
+
+    def __init__(self, config: MatcherConfig):
+        self.config = config
+        method = config.method_as(Recursive)
+        super().__init__({
+            "i": In(Step(config)), "write": In(1), "column": In(range(config.max_width)), "least": In(range(method.data_max + 1)),
+            "address": Out(range(config.max_width)), "limits": Out(Limits(config)), "place": Out(range(method.propagation.fan)),
+            "taps": Out(Taps(config)),
+        })
+
+    def elaborate(self, platform: object) -> Module:
+        m = Module()
+        config, step = self.config, self.i
+        method = config.method_as(Recursive)
+        propagation = method.propagation
+        fan = propagation.fan
+        m.d.comb += self.address.eq(step.ahead)
+
+        # The least costs, and a register behind the memory.
+        m.submodules.leasts = leasts = Memory(shape=self.least.shape(), depth=config.max_width, init=[], attrs=NO_COLLISION)
+        read, write = leasts.read_port(), leasts.write_port()
+        m.d.comb += [
+            read.addr.eq(step.ahead), read.en.eq(1),
+            write.addr.eq(self.column), write.data.eq(self.least), write.en.eq(self.write),
+        ]
+        least  = Signal.like(self.least, reset_less=True)
+        limits = data_register(m, self.limits)
+        m.d.sync += [least.eq(read.data), limits.least.eq(least), limits.limit.eq(least + propagation.spread_jump)]
+
+        # The place in the rings.
+        place = Signal(range(fan))
+        with m.If(step.advance):
+            m.d.sync += place.eq(Mux(place == fan - 1, 0, place + 1))
+        m.submodules.place = place_later = Delay(place.shape(), 5)
+        m.d.comb += [place_later.i.eq(place), self.place.eq(place_later.o)]
+
+        # Grey levels of the line above: a completed pixel's is kept after the last read of its column.
+        m.submodules.greys = greys = Memory(shape=PIXEL_BITS, depth=config.max_width, init=[], attrs=NO_COLLISION)
+        grey_read, grey_write = greys.read_port(), greys.write_port()
+        stages = [step]
+        for stage in range(1, 5):
+            later = Signal(Step(config), name=f"step_{stage}")
+            m.d.sync += later.eq(stages[-1])
+            stages.append(later)
+        m.d.comb += [
+            grey_read.addr.eq(step.ahead), grey_read.en.eq(1), grey_write.addr.eq(stages[2].column), grey_write.data.eq(stages[2].grey),
+            grey_write.en.eq(stages[2].completion.in_picture),
+        ]
+        # The ring of the taps: words of a right and a centre tap, `fan` steps before.
+        pair = data.StructLayout({"right": PIXEL_BITS, "centre": PIXEL_BITS})
+        m.submodules.ring = ring = Memory(shape=pair, depth=fan, init=[])
+        ring_read, ring_write = ring.read_port(), ring.write_port()
+        places = [place]
+        for stage in range(1, 4):
+            later = Signal.like(place, name=f"place_{stage}", reset_less=True)
+            m.d.sync += later.eq(places[-1])
+            places.append(later)
+        right, opening = (Signal(PIXEL_BITS, name=name, reset_less=True) for name in ("right", "opening"))
+        before = Signal(pair, reset_less=True)
+        m.d.sync += [right.eq(grey_read.data), before.eq(ring_read.data)]
+        # `right` is 2 cycles after the step; `before` is read so that it is there at the same time, as the last word was written.
+        m.d.comb += [
+            ring_read.addr.eq(places[0]), ring_read.en.eq(1),
+            ring_write.addr.eq(places[2]), ring_write.data.right.eq(right), ring_write.data.centre.eq(before.right),
+            ring_write.en.eq(stages[2].advance),
+        ]
+        centre = before.right
+        left = Mux(stages[2].edge & ~stages[2].opens, opening, Mux(stages[2].opens, centre, before.centre))
+        with m.If(stages[2].opens):
+            m.d.sync += opening.eq(centre)
+
+        # Differences at 3, absolute at 4, gates at 5.
+        gate = Array(propagation.gate)
+        gates = {}
+        for name, value in (("centre", centre), ("left", left), ("right", right)):
+            difference = Signal(signed(PIXEL_BITS + 1), name=f"difference_{name}", reset_less=True)
+            absolute   = Signal(PIXEL_BITS, name=f"absolute_{name}", reset_less=True)
+            gates[name] = Signal(range(method.carried_max + 1), name=f"gate_{name}", reset_less=True)
+            m.d.sync += [
+                difference.eq(stages[2].grey - value), absolute.eq(Mux(difference < 0, -difference, difference)),
+                gates[name].eq(Mux(stages[4].has_above, gate[absolute], 0)),
+            ]
+        control = data.StructLayout({"advance": 1, "place": place.shape(), "opens": 1, "edge": 1})
+        m.submodules.control = control_later = Delay(control, self.TAPS)
+        m.d.comb += [
+            control_later.i.place.eq(place), *(control_later.i[name].eq(step[name]) for name in ("advance", "opens", "edge")),
+            *(self.taps[name].eq(control_later.o[name]) for name in ("advance", "place", "opens", "edge")),
+        ]
+        for name, value in gates.items():
+            m.submodules[f"gate_{name}"] = gate_later = Delay(value.shape(), self.TAPS - 5)
+            m.d.comb += [gate_later.i.eq(value), self.taps[name].eq(gate_later.o)]
+        return m
+
+
+class CarriedGroup(wiring.Component):
+    """Costs from the line above of a few neighbouring labels: read, spread over the labels beside, taken at three columns, gated.
+
+    Golden: :func:`golden.matcher.recursive.spread.spread`, :func:`golden.matcher.recursive.neighbours.from_above`.
+
+    Width: exact.
+
+    Timing, from ``address``: ``lower_o`` and ``upper_o`` 2 cycles; ``lower_i``, of the group below, which is a cycle earlier, is due after
+    1, ``upper_i`` and ``limits`` after 3, ``place`` after 5, ``taps`` after 7; ``above`` :attr:`ABOVE` cycles after it.
+
+    Memory: ``max_width`` costs a label; a ring of ``fan`` pairs of carried costs a label.
+
+    Members
+    -------
+    address : In(range(max_width)), limits : In(Limits(config)), place : In(range(fan)), taps : In(Taps(config))
+    write : In(1), column : In(range(max_width)), cost : In(ArrayLayout(range(data_max + 1), n))
+        Costs ``A`` of this line, for the next one.
+    lower_i, lower_o : range(data_max + 1)
+        Cost of the label below the group's, and of its top label for the group above.
+    upper_i, upper_o : range(data_max + 1)
+        Cost of the label above the group's, and of its bottom label for the group below.
+    above : Out(ArrayLayout(range(carried_max + 1), n))
+        ``t``.
+    """
+    ABOVE = 10
+
+    def __init__(self, config: MatcherConfig, labels: range):
+        self.config = config
+        self.labels = labels
+        method = config.method_as(Recursive)
+        cost = range(method.data_max + 1)
+        super().__init__({
+            "address": In(range(config.max_width)), "limits": In(Limits(config)), "place": In(range(method.propagation.fan)),
+            "taps": In(Taps(config)),
+            "write": In(1), "column": In(range(config.max_width)), "cost": In(data.ArrayLayout(cost, len(labels))),
+            "lower_i": In(cost), "lower_o": Out(cost), "upper_i": In(cost), "upper_o": Out(cost),
+            "above": Out(data.ArrayLayout(range(method.carried_max + 1), len(labels))),
+        })
+
+    def elaborate(self, platform: object) -> Module:
+        m = Module()
+        config = self.config
+        method = config.method_as(Recursive)
+        propagation: Propagation = method.propagation
+        carried = data.ArrayLayout(range(method.carried_max + 1), len(self.labels))
+        m.submodules.line = line = Memory(shape=self.cost.shape(), depth=config.max_width, init=[], attrs=NO_COLLISION)
+        read, write = line.read_port(), line.write_port()
+        m.d.comb += [
+            read.addr.eq(self.address), read.en.eq(1), write.addr.eq(self.column), write.data.eq(self.cost), write.en.eq(self.write),
+        ]
+
+        # 2: a register behind the memory. 3: in step with the group above.
+        near  = Signal(self.cost.shape(), reset_less=True)
+        costs = Signal(self.cost.shape(), reset_less=True)
+        early = Signal.like(self.lower_i, reset_less=True)      # of the group below, which is a cycle earlier
+        lower = Signal.like(self.lower_i, reset_less=True)
+        m.d.sync += [near.eq(read.data), costs.eq(near), early.eq(self.lower_i), lower.eq(early)]
+        m.d.comb += [self.lower_o.eq(near[len(self.labels) - 1]), self.upper_o.eq(near[0])]
+
+        # 4 to 6: the least of four, less the least of all labels.
+        least = [self.limits.least]
+        for stage in (4, 5):
+            later = Signal.like(least[-1], name=f"least_{stage}", reset_less=True)
+            m.d.sync += later.eq(least[-1])
+            least.append(later)
+        spread = Signal(carried, reset_less=True)
+        for n, label in enumerate(self.labels):
+            neighbours = []
+            if label > 0:
+                neighbours.append(costs[n - 1] if n else lower)
+            if label + 1 < config.labels:
+                neighbours.append(costs[n + 1] if n + 1 < len(self.labels) else self.upper_i)
+            beside = neighbours[0] if len(neighbours) == 1 else Mux(neighbours[0] < neighbours[1], *neighbours)
+            own, other = (Signal(range(method.data_max + propagation.spread_jump + propagation.spread_step + 1), name=f"{name}_{n}",
+                                 reset_less=True) for name in ("own", "other"))
+            smaller = Signal.like(own, name=f"smaller_{n}", reset_less=True)
+            m.d.sync += [
+                own.eq(Mux(costs[n] < self.limits.limit, costs[n], self.limits.limit)), other.eq(beside + propagation.spread_step),
+                smaller.eq(Mux(own < other, own, other)), spread[n].eq(smaller - least[2]),
+            ]
+
+        # 7: the taps.
+        pair = data.StructLayout({"right": carried, "centre": carried})
+        m.submodules.ring = ring = Memory(shape=pair, depth=propagation.fan, init=[])
+        ring_read, ring_write = ring.read_port(), ring.write_port()
+        right   = Signal(carried, reset_less=True)
+        before  = Signal(pair, reset_less=True)
+        opening = Signal(carried, reset_less=True)
+        centre, taps = before.right, self.taps
+        m.d.sync += [right.eq(spread), before.eq(ring_read.data)]
+        m.d.comb += [
+            ring_read.addr.eq(self.place), ring_read.en.eq(1),
+            ring_write.addr.eq(taps.place), ring_write.data.right.eq(right), ring_write.data.centre.eq(centre),
+            ring_write.en.eq(taps.advance),
+        ]
+        with m.If(taps.opens):
+            m.d.sync += opening.eq(centre)
+
+        # 8 to 10: gates, and the sum of four.
+        above = data_register(m, self.above)
+        for n in range(len(self.labels)):
+            left = Mux(taps.opens, centre[n], Mux(taps.edge, opening[n], before.centre[n]))
+            gated = {}
+            for name, value in (("centre", centre[n]), ("left", left), ("right", right[n])):
+                gated[name] = Signal(range(method.carried_max + 1), name=f"gated_{name}_{n}", reset_less=True)
+                m.d.sync += gated[name].eq(Mux(value < taps[name], value, taps[name]))
+            both  = Signal(range(2 * method.carried_max + 1), name=f"both_{n}", reset_less=True)
+            twice = Signal.like(gated["centre"], name=f"twice_{n}", reset_less=True)
+            m.d.sync += [both.eq(gated["left"] + gated["right"]), twice.eq(gated["centre"]), above[n].eq((both + (twice << 1)) >> 2)]
+        return m

@@ -1,0 +1,263 @@
+"""The engine of the method ``recursive``: array of costs, labels, check, output queue."""
+
+from typing import ClassVar
+
+from amaranth import *
+from amaranth.lib import data, stream, wiring
+from amaranth.lib.wiring import In, Out
+
+from golden.config import PIXEL_BITS, MatcherConfig, Recursive
+
+from ...parts.arithmetic import bit_length
+from ...parts.delay import Delay, StreamRegister
+from ...parts.queue import Queue
+from ..lines import LineStore
+from ..settings import setting_shape
+from ..stream import FLAGS, CensusWord, LabelWord, Least, copy_flags
+from ..streaming.labels import TREE, groups_of
+from ..streaming.right_view import LeftRightCheck, RightWave
+from ..streaming.support import StepDelay
+from ..streaming.waves import Wave
+from .carried import CarriedSource
+from .group import Final, LineBelowWave, RecursiveGroup
+from .source import RecursiveSource, Step
+from .support import SupportedPixel, Supports
+
+
+__all__ = ["RecursiveArray", "RecursiveEngine"]
+
+
+# Pixels in flight beyond those in the pipelines: in the registers of the source's decision and of the queue.
+MARGIN = 12
+
+# Settings that the array samples at a frame's start.
+_SAMPLED = ("near_threshold", "far_threshold", "step_threshold", "above_share")
+
+
+class RecursiveArray(wiring.Component):
+    """Costs ``A`` of all labels, laid out along the labels, a group of four working a cycle after the group below it; never stalls.
+
+    Golden: :func:`golden.matcher.recursive.method.recursion`, :func:`golden.matcher.refine.right_view`.
+
+    Timing: ``label`` with its ``pixel`` :meth:`latency_of` cycles after the step that completes the last pixel of the support.
+
+    Members
+    -------
+    wave : In(Wave(config, CensusWord(config))), step : In(Step(config))
+        Of :class:`hdl.matcher.recursive.source.RecursiveSource`.
+    near_threshold, far_threshold, step_threshold, above_share : In
+        Constant from a frame's first step on.
+    label : Out(range(D)), pixel : Out(SupportedPixel(config))
+    right : Out(range(D)), right_valid : Out(1)
+        Labels of the right picture, in the order of its pixels: that of a pixel ``D`` steps after its own.
+    """
+    def __init__(self, config: MatcherConfig):
+        self.config = config
+        self.source = CarriedSource(config)
+        label = range(config.labels)
+        super().__init__({
+            "wave": In(Wave(config, CensusWord(config))), "step": In(Step(config)),
+            **{name: In(setting_shape(config.settings[name])) for name in _SAMPLED},
+            "label": Out(label), "pixel": Out(SupportedPixel(config)), "right": Out(label), "right_valid": Out(1),
+        })
+
+    @staticmethod
+    def latency_of(config: MatcherConfig) -> int:
+        """Cycles from a step to the label of the pixel whose support it completes."""
+        return RecursiveGroup.SUMS + 1 + RecursiveGroup.TOTAL + TREE + len(groups_of(config))
+
+    def elaborate(self, platform: object) -> Module:
+        m = Module()
+        config, step = self.config, self.step
+        method = config.method_as(Recursive)
+        m.submodules.carried = carried = self.source
+        m.submodules.supports = supports = Supports(config, RecursiveGroup.SUMS)
+        m.d.comb += [
+            carried.i.eq(step), supports.i.eq(step), supports.near.eq(self.near_threshold), supports.far.eq(self.far_threshold),
+            supports.smooth.eq(self.step_threshold),
+        ]
+
+        def later(name: str, value: Value, cycles: int, clean: bool = False) -> Value:
+            m.submodules[name] = delay = Delay(value.shape(), cycles, clean=clean)
+            m.d.comb += delay.i.eq(value)
+            return delay.o
+
+        below = Signal(LineBelowWave(config))
+        final = Signal(Final(config))
+        pixel = supports.pixel
+        m.d.comb += [
+            below.column.eq(step.column), below.write.eq(step.write), below.below.eq(step.below),
+            final.column.eq(pixel.column), final.completion.complete.eq(pixel.step),
+            final.completion.starts_line.eq(pixel.starts_line), final.completion.in_picture.eq(pixel.in_picture),
+        ]
+        inputs = {
+            "below": later("below", below, RecursiveGroup.BELOW, clean=True), "address": carried.address, "limits": carried.limits,
+            "place": carried.place, "taps": carried.taps, "share": later("share", self.above_share, RecursiveGroup.SHARE),
+            "sums": supports.sums, "mean": supports.mean, "final": later("final", final, RecursiveGroup.TOTAL, clean=True),
+        }
+        wave = later("wave", self.wave, RecursiveGroup.WAVE, clean=True)
+        # Nothing enters the lowest group from below.
+        right, least = Signal(RightWave(config)), Signal(Least(method.data_max.bit_length(), config.labels))
+        before = None
+        for labels in groups_of(config):
+            m.submodules[f"group_{labels[0]}"] = group = RecursiveGroup(config, labels)
+            m.d.comb += [group.i.eq(wave), group.right_i.eq(right), group.least_i.eq(least)]
+            m.d.comb += [getattr(group, f"{name}_i").eq(value) for name, value in inputs.items()]
+            if before is not None:
+                m.d.comb += [group.lower_i.eq(before.lower_o), before.upper_i.eq(group.upper_o)]
+            inputs = {name: getattr(group, f"{name}_o") for name in inputs}
+            wave, right, least, before = group.o, group.right_o, group.least_o, group
+
+        # The label of a right pixel is final once it has passed the top label: `right` as the next pixel advances.
+        completed = Signal()
+        m.d.sync += completed.eq(group.final_i.completion.complete)
+        m.d.comb += [self.right.eq(right.least.index), self.right_valid.eq(completed & right.in_picture)]
+
+        # The label, with its pixel; the least cost, for the next line.
+        pixel = later("pixel", pixel, RecursiveGroup.TOTAL + TREE + len(groups_of(config)), clean=True)
+        m.d.comb += [
+            self.label.eq(least.index), self.pixel.eq(pixel),
+            carried.write.eq(pixel.in_picture), carried.column.eq(pixel.column), carried.least.eq(~least.value),
+        ]
+        return m
+
+
+class Checked(data.StructLayout):
+    """A label on its way to its check."""
+    def __init__(self, config: MatcherConfig):
+        super().__init__({
+            "valid": 1, "label": range(config.labels), "x": range(config.max_width), "grey": PIXEL_BITS,
+            "size": LabelWord(config)["size"].shape, **FLAGS,
+        })
+
+
+class RecursiveEngine(wiring.Component):
+    """Labels of least cost at one pixel a cycle, checked against the right view.
+
+    Golden: :func:`golden.matcher.recursive.method.stages`.
+
+    The only feedback is from a line to the next one: there is no loop within a line. The array never stalls; a pixel is completed only
+    while the output queue has room for all that are in flight.
+
+    Timing: a pixel a cycle and ``fan + 2`` cycles more a line; :attr:`latency` cycles from a step to the label that it makes known.
+
+    Members
+    -------
+    i : In(stream.Signature(CensusWord(config)))
+        With the line below the picture, see :class:`hdl.matcher.lines.LineStore`.
+    o : Out(stream.Signature(LabelWord(config)))
+    in_use, near_threshold, far_threshold, step_threshold, above_share, minimum, check
+        Settings; sampled as the first column of a frame is accepted.
+    """
+    clocks_per_pixel = 1
+    rows = 3
+    lines_below = 1
+    settings: ClassVar = ("in_use", *_SAMPLED, "minimum", "check")
+
+    def __init__(self, config: MatcherConfig):
+        self.config = config
+        method = config.method_as(Recursive)
+        if not method.engines:
+            raise ValueError("costs from below and sub-pixel disparities have no gateware; leave out from_below and sub_pixel")
+        if config.lead:
+            raise ValueError(f"minimum must be at least 0 in the gateware of the method recursive, not {config.minimum}")
+        self.lag = Supports.lag_of(config)
+        # What a label needs: its support, the right picture's labels, and the pipelines.
+        flush = self.lag + method.propagation.fan + max(config.labels, self._pipeline) + 4
+        self.source = RecursiveSource(config, flush)
+        self.array = RecursiveArray(config)
+        self.checker = LeftRightCheck(config, config.labels + 8)
+        self.queue_depth = self.lag + config.labels + self._pipeline + LeftRightCheck.LATENCY + MARGIN
+        super().__init__({
+            "i": In(stream.Signature(CensusWord(config))),
+            "o": Out(stream.Signature(LabelWord(config))),
+            **{name: In(setting_shape(config.settings[name])) for name in self.settings},
+        })
+
+    @property
+    def _pipeline(self) -> int:
+        """Cycles from a step to the label of the pixel whose support it completes, and of the delay behind it."""
+        return RecursiveArray.latency_of(self.config) + StepDelay.LATENCY
+
+    @property
+    def full_rate_width(self) -> int:
+        """Shortest line, in pixels, that is labelled at :attr:`clocks_per_pixel`; shorter ones take as long."""
+        return self.source.flushed_width
+
+    @property
+    def padding_clocks(self) -> int:
+        """Cycles of padding in a line."""
+        return self.config.method_as(Recursive).propagation.fan + 2
+
+    @property
+    def latency(self) -> int:
+        """Cycles from the issue of the last pixel that a label depends on to the label at ``o``, if nothing stalls."""
+        return 1 + self._pipeline + LeftRightCheck.LATENCY + 2 + StreamRegister.LATENCY
+
+    def latency_clocks(self, lines: int, line_clocks: int) -> int:
+        """Bound of a label's latency beyond ``lines`` lines of a pixel a cycle, in cycles, behind a line store."""
+        return LineStore.PLUS_DEPTH + self.latency + self.lag + self.config.labels + (lines + 4) * line_clocks
+
+    def frame_clocks(self, width: int, height: int, lines_above: int, line_clocks: int) -> int:
+        """Cycles from one frame's first label to the next one's, if pixels are offered and labels taken without a pause: a bound."""
+        flush = self.source.flush_waves
+        line = width + line_clocks + (flush if width < self.source.flushed_width else 0)
+        return (height + lines_above + self.lines_below) * line + flush
+
+    def elaborate(self, platform: object) -> Module:
+        m = Module()
+        config = self.config
+        m.submodules.source = source = self.source
+        m.submodules.array = array = self.array
+        m.submodules.check = check = self.checker
+        wiring.connect(m, wiring.flipped(self.i), source.i)
+        m.d.comb += [source.in_use.eq(self.in_use), source.minimum.eq(self.minimum), array.wave.eq(source.wave), array.step.eq(source.o)]
+        held = Signal(data.StructLayout({name: setting_shape(config.settings[name]) for name in (*_SAMPLED, "minimum", "check")}),
+                      reset_less=True)
+        with m.If(source.starts_frame):
+            m.d.sync += [held[name].eq(getattr(self, name)) for name in (*_SAMPLED, "minimum", "check")]
+        m.d.comb += [getattr(array, name).eq(held[name]) for name in _SAMPLED]
+
+        # The labels wait for those of the right picture.
+        pixel = array.pixel
+        m.submodules.waiting = waiting = StepDelay(Checked(config), config.labels)
+        m.d.comb += [
+            waiting.step.eq(pixel.step), waiting.i.valid.eq(pixel.in_picture), waiting.i.label.eq(array.label),
+            waiting.i.x.eq(pixel.column), waiting.i.grey.eq(pixel.grey), waiting.i.size.eq(bit_length(pixel.size)),
+            *copy_flags(waiting.i, pixel),
+        ]
+        stepped = Signal(StepDelay.LATENCY)
+        m.d.sync += stepped.eq(Cat(pixel.step, stepped))
+        word  = waiting.o
+        valid = Signal()
+        m.d.comb += valid.eq(stepped[-1] & word.valid)
+        # The settings of the frame that is checked: it starts after the last label of the one before.
+        of_frame = Signal(data.StructLayout({name: setting_shape(config.settings[name]) for name in ("minimum", "check")}), reset_less=True)
+        now = Signal.like(of_frame)
+        m.d.comb += now.eq(of_frame)
+        with m.If(valid & word.first):
+            m.d.comb += [now[name].eq(held[name]) for name in ("minimum", "check")]
+            m.d.sync += of_frame.eq(now)
+        m.d.comb += [
+            check.right.eq(array.right), check.right_valid.eq(array.right_valid),
+            check.x.eq(word.x), check.label.eq(word.label), check.valid.eq(valid),
+            check.minimum.eq(now.minimum), check.enable.eq(now.check),
+        ]
+        m.submodules.checked = checked = Delay(Checked(config), check.LATENCY, clean=True)
+        m.d.comb += [checked.i.eq(word), checked.i.valid.eq(valid)]
+
+        m.submodules.queue = queue = Queue(LabelWord(config), self.queue_depth)
+        m.submodules.register = register = StreamRegister(LabelWord(config))
+        wiring.connect(m, queue.o, register.i)
+        wiring.connect(m, register.o, wiring.flipped(self.o))
+        m.d.comb += [
+            queue.i.valid.eq(checked.o.valid), queue.i.p.label.eq(checked.o.label), queue.i.p.passed.eq(check.passed),
+            queue.i.p.size.eq(checked.o.size), queue.i.p.grey.eq(checked.o.grey), *copy_flags(queue.i.p, checked.o),
+        ]
+
+        # Room for all in flight, decided a cycle ahead.
+        in_flight = Signal(range(self.queue_depth + 2))
+        accepted = queue.o.valid & queue.o.ready
+        completes = source.o.completion.in_picture
+        m.d.sync += [in_flight.eq(in_flight + completes - accepted), source.go.eq(in_flight + completes < self.queue_depth - 3)]
+        return m

@@ -1,0 +1,161 @@
+"""Turns lines of columns into waves for the array, and the steps in which the costs of the line above are read."""
+
+from amaranth import *
+from amaranth.lib import data, stream, wiring
+from amaranth.lib.wiring import In, Out
+
+from golden.config import IN_USE_BITS, MINIMUM_BITS, PIXEL_BITS, MatcherConfig, Recursive
+
+from ...parts.delay import data_register
+from ..stream import FLAGS, CensusWord
+from ..streaming.waves import Completion, Wave
+
+
+__all__ = ["RecursiveSource", "Step"]
+
+
+class Step(data.StructLayout):
+    """What happens in a cycle apart from the wave.
+
+    ``advance``: the taps on the line above advance by a column; ``ahead``: the column of that line that enters them. ``completion``: of the
+    pixel in ``column``, of the line above that of the wave; ``write``: the costs of the wave's line are kept there; ``below``: the pixel
+    below is alike. ``opens``: the first column; ``edge``: so near to the left border that the left tap is replicated. ``has_above``: there
+    is a line above the pixel's. ``grey``: of the pixel, with its flags.
+    """
+    def __init__(self, config: MatcherConfig):
+        column = range(config.max_width)
+        super().__init__({
+            "advance": 1, "ahead": column, "completion": Completion(config), "column": column, "write": 1, "below": 1, "opens": 1,
+            "edge": 1, "has_above": 1, "grey": PIXEL_BITS, **FLAGS,
+        })
+
+
+class RecursiveSource(wiring.Component):
+    """Lines of columns as waves: one before each line, its columns, one past it; edge replication.
+
+    The wave of column ``x`` completes pixel ``x - 1`` of the line above it, whose costs need those of the line below. In front of each
+    line, ``fan`` steps read the first columns of the line above.
+
+    Supports, and labels of the right picture, need pixels to the right of the one completed. Those of the next line serve as padding; where
+    no line follows, ``flush_waves`` flush cycles do instead. They also follow a line of fewer pixels than :attr:`flushed_width`: the costs
+    of its first pixels are needed by the next line before they would be there.
+
+    Timing: ``W + fan + 2`` cycles a line of ``W`` columns, while ``go`` and ``i.valid``; ``o`` and ``wave`` a cycle after the column was
+    accepted.
+
+    Parameters
+    ----------
+    config : MatcherConfig
+    flush_waves : int
+        Cycles.
+
+    Members
+    -------
+    i : In(stream.Signature(CensusWord(config)))
+        With a line below the picture.
+    go : In(1)
+        A pixel may be completed.
+    in_use : In(IN_USE_BITS)
+        Labels in use; sampled before the first column of a frame.
+    wave : Out(Wave(config, CensusWord(config)))
+    o : Out(Step(config))
+    starts_frame : Out(1)
+        In front of a frame: settings are to be sampled.
+    """
+    def __init__(self, config: MatcherConfig, flush_waves: int):
+        self.config = config
+        self.flush_waves = flush_waves
+        super().__init__({
+            "i": In(stream.Signature(CensusWord(config))), "go": In(1), "in_use": In(IN_USE_BITS), "minimum": In(MINIMUM_BITS),
+            "wave": Out(Wave(config, CensusWord(config))), "o": Out(Step(config)), "starts_frame": Out(1),
+        })
+
+    @property
+    def flushed_width(self) -> int:
+        """Lines of fewer pixels are followed by flush cycles."""
+        return self.flush_waves
+
+    def elaborate(self, platform: object) -> Module:
+        m = Module()
+        config = self.config
+        method = config.method_as(Recursive)
+        fan, threshold = method.propagation.fan, method.line_below.lower_threshold
+        before = Signal.like(self.i.p, reset_less=True)   # the column whose pixel the next wave completes
+        now    = Signal.like(self.i.p)
+        top    = Signal()                                 # the frame's first line: it completes nothing
+        second = Signal()
+        column = Signal(range(max(config.max_width, self.flushed_width) + 1))     # columns of this line that have been accepted
+        width  = Signal(range(config.max_width))          # of this frame, less one
+        ahead  = Signal(range(config.max_width))
+        cycles = Signal(range(max(self.flush_waves, fan)))
+        least  = Signal.like(self.minimum, reset_less=True)
+        reached = Signal()                                # the right picture has a column at label 0
+        issue, pre, past, emit, preroll, flush = (Signal(name=name) for name in ("issue", "pre", "past", "emit", "preroll", "flush"))
+        in_use = data_register(m, self.wave.in_use, "wave_in_use")
+        m.d.comb += [now.eq(self.i.p), reached.eq(column >= least)]
+
+        with m.FSM():
+            with m.State("before"):
+                m.d.comb += [pre.eq(1), issue.eq(self.i.valid & self.go)]
+                with m.If(issue):
+                    m.d.sync += [top.eq(self.i.p.first), second.eq(top & ~self.i.p.first), column.eq(0), ahead.eq(0)]
+                    with m.If(self.i.p.first):
+                        m.d.comb += self.starts_frame.eq(1)
+                        m.d.sync += [in_use.eq(Mux(self.in_use > config.labels, config.labels, self.in_use)), least.eq(self.minimum)]
+                    m.next = "fan"
+            with m.State("fan"):
+                m.d.comb += preroll.eq(1)
+                m.d.sync += cycles.eq(cycles + 1)
+                with m.If(cycles == fan - 1):
+                    m.d.sync += cycles.eq(0)
+                    m.next = "columns"
+            with m.State("columns"):
+                m.d.comb += [issue.eq(self.i.valid & self.go), self.i.ready.eq(self.go), emit.eq(column != 0)]
+                with m.If(issue):
+                    m.d.sync += [before.eq(now), column.eq(column + 1)]
+                    with m.If(now.last):
+                        m.next = "past"
+                        with m.If(top):
+                            m.d.sync += width.eq(column)
+            with m.State("past"):
+                m.d.comb += [now.eq(before), past.eq(1), issue.eq(self.go), emit.eq(1)]
+                with m.If(issue):
+                    m.next = "before"
+                    with m.If((column < self.flushed_width) | before.end):
+                        m.next = "flush"
+            with m.State("flush"):
+                m.d.comb += [pre.eq(1), flush.eq(1), issue.eq(self.go)]
+                with m.If(issue):
+                    m.d.sync += cycles.eq(cycles + 1)
+                    with m.If(cycles == self.flush_waves - 1):
+                        m.d.sync += cycles.eq(0)
+                        m.next = "before"
+
+        # The wave.
+        wave = self.wave
+        more = {name: now[name] for name in wave.shape().members if name.startswith(("left_", "right_"))}
+        parts = {"pre": pre, "left": now.left, "right": now.right, "inside": ~pre & ~past & reached, **more}
+        m.d.sync += [data_register(m, wave[field], f"wave_{field}").eq(value) for field, value in parts.items()]
+        valid = Signal(name="wave_valid_now")
+        m.d.comb += wave.valid.eq(valid)
+        m.d.sync += valid.eq(issue & ~flush)
+
+        # The step. Grey levels: `minus` is the completed pixel's line, `line` the one below it.
+        difference = before.left.line - before.left.minus
+        alike = (difference >= -threshold) & (difference <= threshold) & ~before.below
+        step = Signal(Step(config))
+        place = Signal(range(config.max_width))   # of the pixel that is completed next
+        completes = emit & ~top
+        with m.If(issue & emit | preroll):
+            m.d.sync += ahead.eq(ahead + (ahead != width))
+        with m.If(issue):
+            m.d.sync += place.eq(Mux(emit, place + 1, 0))
+        m.d.comb += self.o.eq(step)
+        m.d.sync += [
+            step.advance.eq(issue & emit | preroll), step.ahead.eq(ahead), step.column.eq(place), step.write.eq(issue & emit),
+            step.below.eq(alike), step.opens.eq(place == 0), step.edge.eq(place < fan), step.has_above.eq(~second),
+            step.grey.eq(before.left.minus), step.first.eq(second & (place == 0)), step.last.eq(before.last), step.end.eq(before.end),
+            step.completion.clear.eq(issue & pre & ~flush), step.completion.complete.eq(issue & (completes | flush)),
+            step.completion.starts_line.eq(flush | (place == 0)), step.completion.in_picture.eq(issue & completes),
+        ]
+        return m

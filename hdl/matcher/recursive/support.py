@@ -1,0 +1,224 @@
+"""The support of a pixel: its arms with limits that get tighter, where their ends are in the rings of running sums, its reciprocal."""
+
+from amaranth import *
+from amaranth.lib import data, wiring
+from amaranth.lib.wiring import In, Out
+
+from golden.config import PIXEL_BITS, GradedArms, MatcherConfig, Recursive
+
+from ...parts.delay import Delay
+from ..stream import FLAGS
+from ..streaming.support import StepDelay, ones
+from .source import Step
+
+
+__all__ = ["ArmSource", "Mean", "Summand", "SupportedPixel", "Supports"]
+
+
+class ArmSource(wiring.Component):
+    """Arms of the support of every pixel; golden: :func:`golden.matcher.recursive.arms.graded_arms`.
+
+    Two pixels ``j`` apart are compared once, for the left arm of the one and the right arm of the other.
+
+    Timing: ``left_arm`` and ``right_arm`` are, :attr:`LATENCY` cycles after a ``step``, those of the pixel ``reach + 1`` steps before.
+
+    Members
+    -------
+    step : In(1)
+        Advances by one pixel; ``grey`` may be padding.
+    starts_line : In(1)
+        The pixel is the first of its line, or padding.
+    grey : In(PIXEL_BITS)
+    near, far, smooth : In(PIXEL_BITS)
+        Grey levels by which a pixel may differ from the centre, near and far, and from the one stepped from.
+    left_arm, right_arm : Out(range(reach + 1))
+    """
+    LATENCY = 6
+
+    def __init__(self, config: MatcherConfig):
+        self.limits = config.method_as(Recursive).arms
+        length = range(self.limits.reach + 1)
+        super().__init__({
+            "step": In(1), "starts_line": In(1), "grey": In(PIXEL_BITS),
+            **dict.fromkeys(("near", "far", "smooth"), In(PIXEL_BITS)),
+            "left_arm": Out(length), "right_arm": Out(length),
+        })
+
+    def elaborate(self, platform: object) -> Module:
+        m = Module()
+        reach = self.limits.reach
+        if not reach:
+            return m  # no arms
+
+        # Differences to the pixels before, and which of them are on this line.
+        taps = [Signal(PIXEL_BITS, name=f"grey_{j}", reset_less=True) for j in range(1, reach + 1)]
+        near = [Signal(name=f"near_{j}", reset_less=True) for j in range(1, reach + 1)]
+        with m.If(self.step):
+            m.d.sync += [tap.eq(source) for tap, source in zip(taps, [self.grey, *taps])]
+            m.d.sync += [flag.eq(source & ~self.starts_line) for flag, source in zip(near, [Const(1, 1), *near])]
+        steps = [self.step]
+        for stage in range(1, 5):
+            steps.append(Signal(name=f"step_{stage}"))
+            m.d.sync += steps[stage].eq(steps[stage - 1])
+
+        def within(value: Value, limit: Value) -> Value:
+            return (value <= limit) & (value >= -limit)
+
+        # Two cycles after the step, and the flags of the steps before.
+        alike, differences = [], []
+        for j, tap in enumerate(taps, 1):
+            difference = Signal(signed(PIXEL_BITS + 1), name=f"difference_{j}", reset_less=True)
+            flag       = Signal(name=f"alike_{j}", reset_less=True)
+            m.d.sync += difference.eq(self.grey - tap)
+            # A cycle later the pixel is among the taps: `near` includes it.
+            m.d.sync += flag.eq(near[j - 1] & within(difference, self.near if j < self.limits.far_step else self.far))
+            alike.append(flag)
+            differences.append(difference)
+        smooth = [Signal(name=f"smooth_{j}", reset_less=True) for j in range(reach)]
+        m.d.sync += smooth[0].eq(within(differences[0], self.smooth))
+        with m.If(steps[2]):
+            m.d.sync += [flag.eq(source) for flag, source in zip(smooth[1:], smooth)]
+
+        # For the right arm of the pixel `reach + 1` steps before: the comparison of the pixel j to its right with the one j to the left.
+        right = []
+        for j, flag in enumerate(alike, 1):
+            word: Value = flag & smooth[0]
+            for stage in range(reach + 1 - j):
+                later = Signal(name=f"right_{j}_{stage}", reset_less=True)
+                with m.If(steps[2]):
+                    m.d.sync += later.eq(word)
+                word = later
+            right.append(word)
+        right_word = Signal(reach)
+        m.d.comb += right_word.eq(Cat(right))
+
+        lengths = {}
+        for name, flags in (("left", Cat(flag & level for flag, level in zip(alike, smooth))), ("right", right_word)):
+            reached = Signal(reach, name=f"reached_{name}", reset_less=True)  # all steps up to this one
+            m.d.sync += reached.eq(Cat(flags[:j].all() for j in range(1, reach + 1)))
+            lengths[name] = Signal(range(reach + 1), name=f"length_{name}", reset_less=True)
+            m.d.sync += lengths[name].eq(ones(reached))
+
+        m.submodules.left = left = StepDelay(range(reach + 1), reach + 1)
+        m.submodules.right = right_delay = Delay(range(reach + 1), StepDelay.LATENCY)
+        m.d.comb += [
+            left.i.eq(lengths["left"]), left.step.eq(steps[4]), self.left_arm.eq(left.o),
+            right_delay.i.eq(lengths["right"]), self.right_arm.eq(right_delay.o),
+        ]
+        return m
+
+
+class Summand(data.StructLayout):
+    """A completion in step with its pixel's joined costs, and the address of the running sums."""
+    def __init__(self, config: MatcherConfig):
+        super().__init__({"enter": 1, "clear": 1, "place": range(Supports.ring_of(config))})
+
+
+class Mean(data.StructLayout):
+    """Addresses of a support's running sums, before its first pixel and including its last one, and of the pixel's; its reciprocal."""
+    def __init__(self, config: MatcherConfig):
+        place = range(Supports.ring_of(config))
+        super().__init__({"low": place, "high": place, "centre": place, "reciprocal": range((1 << GradedArms.RECIPROCAL_BITS) + 1)})
+
+
+class SupportedPixel(data.StructLayout):
+    """A pixel whose support is complete.
+
+    ``step``: there is one, or padding. ``size``: pixels of its support.
+    """
+    def __init__(self, config: MatcherConfig):
+        super().__init__({
+            "step": 1, "starts_line": 1, "in_picture": 1, "column": range(config.max_width), "grey": PIXEL_BITS,
+            "size": range(config.method_as(Recursive).arms.support_max + 1), **FLAGS,
+        })
+
+
+class Supports(wiring.Component):
+    """Addresses for the means over supports; golden: :func:`golden.matcher.recursive.arms.support_means`.
+
+    Every label keeps the sums of its joined costs along the line in a ring, one more a line than it has pixels, as
+    :class:`hdl.matcher.streaming.support.SupportSource` does.
+
+    Timing: ``sums`` ``latency`` cycles after ``i``, ``mean`` and ``pixel`` one more, for the pixel completed ``reach + 1`` completions
+    before.
+
+    Members
+    -------
+    i : In(Step(config))
+    near, far, smooth : In(PIXEL_BITS)
+        As of :class:`ArmSource`.
+    sums : Out(Summand(config))
+    mean : Out(Mean(config))
+    pixel : Out(SupportedPixel(config))
+    """
+    def __init__(self, config: MatcherConfig, latency: int):
+        self.config = config
+        self.latency = latency
+        super().__init__({
+            "i": In(Step(config)), **dict.fromkeys(("near", "far", "smooth"), In(PIXEL_BITS)),
+            "sums": Out(Summand(config)), "mean": Out(Mean(config)), "pixel": Out(SupportedPixel(config)),
+        })
+
+    @staticmethod
+    def lag_of(config: MatcherConfig) -> int:
+        """Completions from that of a pixel to that of the last one of its support, and one more: the sum there is then in the ring."""
+        return config.method_as(Recursive).arms.reach + 1
+
+    @staticmethod
+    def ring_of(config: MatcherConfig) -> int:
+        """Words of a ring: an arm, the lag, a few for starts of lines; a power of two, so that addresses wrap."""
+        return 1 << (2 * Supports.lag_of(config) + 4).bit_length()
+
+    def elaborate(self, platform: object) -> Module:
+        m = Module()
+        config = self.config
+        completion = self.i.completion
+        sums = Signal(Summand(config))
+        place = Signal(range(self.ring_of(config)))
+        enter = completion.clear | completion.complete
+        m.d.sync += place.eq(place + enter)
+        m.d.comb += [sums.enter.eq(enter), sums.clear.eq(completion.clear), sums.place.eq(place)]
+        m.submodules.sums = later = Delay(Summand(config), self.latency, clean=True)
+        m.d.comb += [later.i.eq(sums), self.sums.eq(later.o)]
+
+        m.submodules.arms = arms = ArmSource(config)
+        m.d.comb += [arms.step.eq(completion.complete), arms.starts_line.eq(completion.starts_line), arms.grey.eq(self.i.grey)]
+        m.d.comb += [getattr(arms, name).eq(getattr(self, name)) for name in ("near", "far", "smooth")]
+
+        carried = {name: field.shape for name, field in SupportedPixel(config) if name not in ("step", "size")}
+        waiting = data.StructLayout({**carried, "place": place.shape()})
+        m.submodules.waiting = wait = StepDelay(waiting, self.lag_of(config))
+        m.submodules.aligned = aligned = Delay(waiting, ArmSource.LATENCY - StepDelay.LATENCY)
+        m.d.comb += [wait.i[name].eq(self.i[name]) for name in carried if name not in ("starts_line", "in_picture")]
+        m.d.comb += [
+            wait.i.starts_line.eq(completion.starts_line), wait.i.in_picture.eq(completion.in_picture), wait.i.place.eq(place),
+            wait.step.eq(completion.complete), aligned.i.eq(wait.o),
+        ]
+        stepped = [completion.complete]
+        for stage in range(ArmSource.LATENCY):
+            stepped.append(Signal(name=f"stepped_{stage}"))
+            m.d.sync += stepped[-1].eq(stepped[-2])
+
+        # The ends; a cycle later the reciprocal.
+        mean  = Signal(Mean(config), reset_less=True)
+        pixel = Signal(SupportedPixel(config), reset_less=True)
+        ends  = Signal(data.StructLayout({name: place.shape() for name in ("low", "high", "centre")}), reset_less=True)
+        size  = Signal.like(pixel.size, reset_less=True)
+        held  = Signal(waiting, reset_less=True)
+        shown = Signal(2)   # with a reset: a pixel of a frame before it must not be passed on
+        size_max = config.method_as(Recursive).arms.support_max
+        reciprocals = Array([0, *((1 << GradedArms.RECIPROCAL_BITS) // n for n in range(1, size_max + 1))])
+        m.d.sync += [
+            ends.low.eq(aligned.o.place - arms.left_arm), ends.high.eq(aligned.o.place + arms.right_arm + 1),
+            ends.centre.eq(aligned.o.place), size.eq(arms.left_arm + arms.right_arm + 1),
+            held.eq(aligned.o), shown.eq(Cat(stepped[-1], shown)),
+            *(mean[name].eq(ends[name]) for name in ("low", "high", "centre")), mean.reciprocal.eq(reciprocals[size]),
+            pixel.size.eq(size), *(pixel[name].eq(held[name]) for name in carried),
+        ]
+        given = Signal.like(pixel)
+        m.d.comb += [given.eq(pixel), given.step.eq(shown[1]), given.in_picture.eq(pixel.in_picture & shown[1])]
+        rest = self.latency + 1 - ArmSource.LATENCY - 2
+        m.submodules.mean = mean_later = Delay(Mean(config), rest)
+        m.submodules.pixel = pixel_later = Delay(SupportedPixel(config), rest, clean=True)
+        m.d.comb += [mean_later.i.eq(mean), self.mean.eq(mean_later.o), pixel_later.i.eq(given), self.pixel.eq(pixel_later.o)]
+        return m

@@ -1,0 +1,142 @@
+# amaranth: UnusedElaboratable=no
+"""The matcher with the method recursive; its blocks have tests of their own."""
+
+import numpy as np
+import pytest
+
+from golden.config import RECURSIVE_1, RECURSIVE_2, MatcherConfig, changed
+from golden.matcher.matcher import match
+from golden.pictures.scenes import scene
+from hdl.matcher.matcher import Matcher
+from hdl.matcher.settings import setting_ports
+from sim.kit.cases import comparable, field_words, noise, pixel_words
+from sim.kit.streams import run_stream
+from tests.kit import refused_components
+
+from .matcher_runs import after_reset, run_script
+from .ragged import MAX_WIDTH, RAGGED, repaired
+
+
+def config_of(labels, max_width, *, minimum=0, **parameters):
+    return MatcherConfig(labels, max_width, minimum, method=changed(RECURSIVE_1, **parameters))
+
+
+def as_bytes(pair):
+    return [np.asarray(picture, dtype=np.uint8) for picture in pair]
+
+
+def words_of(pair, config):
+    return field_words(match(*pair, config))
+
+
+# Slow: with stalls what is seen without, and the other way round.
+@pytest.mark.parametrize("config, width, height, stall", [
+    (config_of(2, 1, reach=2, fan=3), 1, 1, 0.3),
+    (config_of(2, 5, reach=0, fan=3), 5, 3, 0.0),
+    (config_of(3, 16, minimum=4), 11, 4, 0.3),                                # narrower than the fan
+    (config_of(6, 60, census_rows=7, census_columns=9, census_weight=25), 60, 5, 0.0),
+    (config_of(6, 3, census_rows=1, census_columns=1), 1, 9, 0.0),            # one column, no census
+    (config_of(13, 27, fan=31), 5, 3, 0.0),                                   # narrower than its labels
+    (config_of(13, 90, minimum=3, census_threshold=2), 90, 3, 0.3),
+    (config_of(6, 40, check=False, median=False), 40, 1, 0.0),
+    (config_of(6, 24, fill=False, lower_share=0, own_share=7), 24, 4, 0.0),
+    (config_of(6, 50, near_threshold=40, far_threshold=30, step_threshold=50, reach=31), 50, 3, 0.3),
+    (config_of(6, 50, spread_step=1, spread_jump=127, gate_floor=127, above_share=15, cost_limit=9), 50, 4, 0.0),
+    *(pytest.param(config_of(13, 90, minimum=3), 90, 5, stall, marks=pytest.mark.slow) for stall in (0.0, 0.3)),
+    *(pytest.param(config_of(26, 110), 110, 4, stall, marks=pytest.mark.slow) for stall in (0.0, 0.3)),
+], ids=lambda value: f"D{value.labels}" if isinstance(value, MatcherConfig) else str(value))
+def test_matches_golden(config, width, height, stall):
+    """A scene, and noise of other sizes before and after it, in a row."""
+    most = config.max_width
+    pairs = [noise(max(1, width // 2), 2, seed=1), scene(width, height, config.labels, seed=5)[:2], noise(min(3, most), 1, seed=2),
+             noise(most, 2, seed=3)]
+    pairs = [as_bytes(pair) for pair in pairs]
+    out = run_stream(Matcher(config), [word for pair in pairs for word in pixel_words(*pair)], rng=np.random.default_rng(1),
+                     stall_i=stall, stall_o=stall)
+    assert [comparable(word) for word in out] == [word for pair in pairs for word in words_of(pair, config)]
+
+
+def test_one_pixel_a_clock():
+    """Inside a line no clock is lost, between lines as many as the fan and the padding take; latency is within its bound."""
+    dut = Matcher(config_of(6, 90))
+    width, height, cycles = 90, 7, {}
+    run_stream(dut, pixel_words(*noise(width, height, 1)), rng=np.random.default_rng(1), cycles=cycles)
+    gaps = np.diff(cycles["o"])
+    inside = np.delete(gaps, slice(width - 1, None, width))
+    assert np.count_nonzero(inside != 1) <= 2 * height      # a line store in between may shift a pause
+    assert cycles["o"][-1] - cycles["o"][0] <= height * (width + dut.line_clocks) + 8
+    assert dut.line_clocks == dut.config.method.propagation.fan + 2
+    latency = np.subtract(cycles["o"], cycles["i"]).max() - dut.latency_lines * width
+    assert latency <= dut.latency_clocks
+
+
+def test_settings():
+    """Built-in ones until the first pulse; new ones from the next frame on, even if they are set while a frame is output."""
+    config = config_of(6, 50, near_threshold=20, far_threshold=9, step_threshold=20)
+    left, right, _ = scene(50, 6, 6, seed=1)
+    rng = np.random.default_rng(1)
+    left, right = (np.clip(side.astype(int) // 3 + 90 + rng.integers(-6, 7, side.shape), 0, 255).astype(np.uint8) for side in (left, right))
+    sets = [{}, {"minimum": 2}, {"check": 0, "fill": 0}, {"fill": 0}, {"median": 0}, {"census_threshold": 7}, {"near_threshold": 3},
+            {"step_threshold": 4}, {"far_threshold": 90}, {"above_share": 0}, {"in_use": 3}]
+    expected = [words_of((left, right), config.with_settings(settings)) for settings in sets]
+    assert all(a != b for n, a in enumerate(expected) for b in expected[:n])  # each set gives another picture
+    dut = Matcher(config)
+    ports = [name for name in setting_ports(config) if name != "apply_settings"]
+
+    async def put(ctx, values, pulse):
+        for name in ports:
+            ctx.set(getattr(dut, name), int(values[name]))
+        ctx.set(dut.apply_settings, pulse)
+        await ctx.tick()
+        ctx.set(dut.apply_settings, 0)
+
+    async def script(ctx, send_words, given):
+        other = {name: setting.maximum for name, setting in config.settings.items()}
+        await put(ctx, other, 0)  # inputs alone change nothing
+        for number in range(len(sets)):
+            await send_words(pixel_words(left, right))
+            while len(given) < number * left.size + 1:  # the frame has begun to leave
+                await ctx.tick()
+            if number + 1 < len(sets):
+                await put(ctx, config.defaults | sets[number + 1], 1)
+                await put(ctx, other, 0)
+
+    given, errors = run_script(dut, script, len(sets) * left.size)
+    assert given == [word for words in expected for word in words]
+    assert not any(errors)
+
+
+@pytest.mark.parametrize("case", list(RAGGED)[::4])
+def test_ragged(case):
+    """``error`` is raised; frames around the ragged one are bit-exact, and that one is output rectangular, bit-exact with golden."""
+    config = config_of(3, MAX_WIDTH)
+    before, after = noise(5, 3, 20), noise(5, 4, 21)
+    words = [*pixel_words(*before), *RAGGED[case][0], *pixel_words(*after)]
+    frames, _ = repaired(words)
+    expected = [word for pair in frames for word in words_of(as_bytes(pair), config)]
+
+    async def script(ctx, send_words, given):
+        await send_words(words)
+
+    given, errors = run_script(Matcher(config), script, len(expected), stall=0.2)
+    assert given == expected
+    assert any(errors)
+
+
+@pytest.mark.parametrize("cut", [1, 200])
+def test_reset_in_mid_frame(cut):
+    """Nothing of the frame before a reset is output; the next one is bit-exact."""
+    config = config_of(6, 40)
+    left, right, _ = scene(40, 5, 6, seed=1)
+    given, _ = after_reset(Matcher(config), left, right, cut)
+    assert given == words_of((left, right), config)
+
+
+@pytest.mark.parametrize("config, message", [
+    (MatcherConfig(6, 40, method=RECURSIVE_2), "costs from below and sub-pixel disparities have no gateware"),
+    (config_of(6, 40, sub_pixel=True), "costs from below and sub-pixel disparities have no gateware"),
+    (config_of(6, 40, minimum=-1), "minimum must be at least 0 in the gateware of the method recursive, not -1"),
+])
+def test_refused(config, message):
+    with refused_components(), pytest.raises(ValueError, match=message):
+        Matcher(config)
