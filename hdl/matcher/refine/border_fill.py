@@ -9,7 +9,7 @@ from amaranth.lib.wiring import In, Out
 from golden.config import MatcherConfig
 from golden.matcher.recursive.border_fill import BORDER_SPAN, LEAST_SPAN, SLOPE_BITS
 
-from ...parts.delay import data_register
+from ...parts.delay import StreamRegister, data_register
 from ...parts.queue import Queue
 from ..stage import Stage
 from ..stream import LabelWord
@@ -172,8 +172,8 @@ class BorderFill(Stage):
     def __init__(self, config: MatcherConfig):
         self.config = config
         self.slope = BorderSlope(config)
-        # A line's surface is behind its queue when its first pixel is.
-        self.fill = Fill(config, pause=BorderSlope.LATENCY + Queue.LATENCY - (Fill.SETTLING + 2))
+        # A line's surface is behind its queue and the register there when its first pixel is.
+        self.fill = Fill(config, pause=BorderSlope.LATENCY + Queue.LATENCY + StreamRegister.LATENCY - (Fill.SETTLING + 2))
         super().__init__({
             "i": In(stream.Signature(LabelWord(config))),
             "o": Out(stream.Signature(LabelWord(config))),
@@ -190,6 +190,9 @@ class BorderFill(Stage):
         config = self.config
         m.submodules.fill, m.submodules.slope = fill, slope = self.fill, self.slope
         m.submodules.surfaces = surfaces = Queue(Surface(config), self.LINES)
+        m.submodules.surface_head = surface_head = StreamRegister(Surface(config))
+        wiring.connect(m, surfaces.o, surface_head.i)
+        surface = surface_head.o
         accepted = Signal()
         room     = Signal(init=1)
         m.d.comb += [
@@ -205,21 +208,21 @@ class BorderFill(Stage):
         pixel   = fill.o.p
         m.d.comb += [
             advance.eq(~self.o.valid | self.o.ready), moved.eq(fill.o.valid & advance), fill.o.ready.eq(advance),
-            surfaces.o.ready.eq(moved & pixel.last),
+            surface.ready.eq(moved & pixel.last),
         ]
         lines = Signal(range(self.LINES + 1))  # accepted to the end, not yet output
         more  = Signal.like(lines)
-        m.d.comb += more.eq(lines + (accepted & self.i.p.last) - surfaces.o.ready)
+        m.d.comb += more.eq(lines + (accepted & self.i.p.last) - surface.ready)
         m.d.sync += [lines.eq(more), room.eq(more != self.LINES)]
 
         # The height of the surface above the first passing pixel, which has the label of those to its left.
         starts = Signal(init=1)
         seen   = Signal()
-        height = Signal.like(surfaces.o.p.rise, reset_less=True)
+        height = Signal.like(surface.p.rise, reset_less=True)
         with m.If(moved):
             m.d.sync += [
                 starts.eq(pixel.last), seen.eq(~pixel.last & (seen | pixel.passed)),
-                height.eq(Mux(starts, surfaces.o.p.rise, height - surfaces.o.p.slope)),
+                height.eq(Mux(starts, surface.p.rise, height - surface.p.slope)),
             ]
 
         # Its label, rounded, in one carry chain: the bit below the lowest one generates the carry.

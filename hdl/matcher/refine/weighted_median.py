@@ -8,7 +8,7 @@ from amaranth.lib.wiring import In, Out
 from golden.config import MatcherConfig
 from golden.matcher.recursive.weighted_median import SIZE, THRESHOLDS
 
-from ...parts.arithmetic import add_all
+from ...parts.arithmetic import add_all, choose
 from ...parts.delay import Delay
 from ..stream import LabelWord
 from .window import LabelColumn, window_columns
@@ -20,6 +20,9 @@ __all__ = ["VoteSum", "Votes", "WeightedMedian", "WeightedMedianColumns"]
 
 PIXELS = SIZE * SIZE
 REACH = SIZE // 2
+
+#: Bits of a label that are found at once.
+DIGIT_BITS = 2
 
 #: Bit length of the most votes of a pixel: 4, doubled. Votes are powers of two or none, so that a bit length tells them.
 LENGTH_MAX = len(THRESHOLDS) + 1
@@ -112,13 +115,14 @@ class VoteSum(wiring.Component):
 class WeightedMedianColumns(wiring.Component):
     """Weighted median of the window of seven columns and lines around the pixel three columns before the latest one.
 
-    Golden: :func:`golden.matcher.recursive.weighted_median.weighted_median`. A label's bits are found one after the other, the most
-    significant first. Of the pixels whose label agrees with those found, the votes of those with a 0 next are summed: if twice the sum is
-    less than ``rest``, which is all votes at first, the bit is 1, and ``rest`` less by that.
+    Golden: :func:`golden.matcher.recursive.weighted_median.weighted_median`. A label is found digit by digit, the most significant first;
+    a digit is :data:`DIGIT_BITS` bits, or one. Of the pixels whose label agrees with the digits found, the votes of those with a smaller
+    digit next are summed, for every digit: the digit is the greatest for which twice the sum is less than ``rest``, which is all votes at
+    first; ``rest`` then is less by that. With two bits a digit, there are more sums than with one, but half of the waiting.
 
-    Timing: a column a cycle at most; :attr:`latency` cycles, :attr:`bit_clocks` of them a bit.
+    Timing: a column a cycle at most; :attr:`latency` cycles, :attr:`digit_clocks` of them a digit.
 
-    Memory: for the time that a bit takes, votes and the lower bits of the column; they are read once a bit.
+    Memory: for the time that a digit takes, votes, and digits of the column that are not used yet.
 
     Parameters
     ----------
@@ -142,7 +146,9 @@ class WeightedMedianColumns(wiring.Component):
         self.bits = Shape.cast(shape).width
         self.votes = Votes(config)
         self.total = VoteSum()
-        self.sums = [VoteSum() for _ in range(self.bits)]
+        # The lowest bit of each digit to the sums of the votes for digits below 1, 2 and so on. The first one may have fewer bits.
+        self.sums = {low: [VoteSum() for _ in range(1, 1 << min(DIGIT_BITS, self.bits - low))]
+                     for low in reversed(range(0, self.bits, DIGIT_BITS))}
         super().__init__({
             "i": In(LabelColumn(config, SIZE)),
             "valid": In(1),
@@ -157,14 +163,14 @@ class WeightedMedianColumns(wiring.Component):
         return column
 
     @property
-    def bit_clocks(self) -> int:
-        """Cycles from the votes of those that agree with some bits to the votes of those that agree with one more."""
+    def digit_clocks(self) -> int:
+        """Cycles from the votes of those that agree with some digits to the votes of those that agree with one more."""
         return self.total.latency + 2
 
     @property
     def latency(self) -> int:
-        """Cycles: the votes, and each bit."""
-        return Votes.LATENCY + self.bits * self.bit_clocks - 1
+        """Cycles: the votes, and each digit."""
+        return Votes.LATENCY + len(self.sums) * self.digit_clocks - 1
 
     def elaborate(self, platform: object) -> Module:
         m = Module()
@@ -181,49 +187,62 @@ class WeightedMedianColumns(wiring.Component):
             self.done.eq(valid[-1]),
         ]
 
-        # The labels' bits, the least significant ones of all lines first; from bit to bit only the lower ones.
+        # The labels' bits by lines, the least significant ones of all lines first; from digit to digit only the lower ones.
         m.submodules.labels = labels = Delay(SIZE * self.bits, Votes.LATENCY - 1)
         m.d.comb += labels.i.eq(Cat(label[bit] for bit in range(self.bits) for label in self.i.label))
-        column = labels.o
-        now    = Votes.LATENCY - 1                   # cycles from the input to ``column``; votes are a cycle later
-        voting: Value = Value.cast(votes.o)          # of the pixels that agree so far
+        column: Value = labels.o
+        now    = Votes.LATENCY - 1            # cycles from the input to ``column``; votes are a cycle later
+        voting = Value.cast(votes.o)          # of the pixels that agree so far
         found: Value = Const(0, 0)
         rest: Value = Const(0, 0)
         m.d.comb += [total.i.eq(voting), total.left_out.eq(0)]
-        for bit, zeros in zip(reversed(range(self.bits)), self.sums):
-            m.submodules[f"zeros_{bit}"] = zeros
-            ones = window_columns(m, column[bit * SIZE:], valid[now], opens[now], SIZE, f"ones_{bit}")
-            m.d.comb += [zeros.i.eq(voting), zeros.left_out.eq(Cat(ones))]
+        for low, sums in self.sums.items():
+            # For every sum, which pixels it leaves out.
+            reached = Cat(digit >= n for n in range(1, len(sums) + 1) for digit in _digits(column[low * SIZE:]))
+            window = window_columns(m, reached, valid[now], opens[now], SIZE, f"reached_{low}")
+            for n, below in enumerate(sums):
+                m.submodules[f"below_{low}_{n + 1}"] = below
+                m.d.comb += [below.i.eq(voting), below.left_out.eq(Cat(part[n * SIZE:(n + 1) * SIZE] for part in window))]
 
             # What is needed once they are summed, and votes a cycle later.
-            now += zeros.latency + 1
-            parts = {"column": column, "found": found, "rest": rest, "voting": voting}
-            if bit == 0:
-                del parts["voting"]
-            m.submodules[f"carried_{bit}"] = carried = Delay(
-                data.StructLayout({name: len(part) for name, part in parts.items()}), zeros.latency + 1)
+            wait = self.total.latency + 1
+            now += wait
+            parts = {"column": column, "found": found, "rest": rest, **({"voting": voting} if low else {})}
+            m.submodules[f"carried_{low}"] = carried = Delay(data.StructLayout({name: len(part) for name, part in parts.items()}), wait)
             m.d.comb += [carried.i[name].eq(part) for name, part in parts.items()]
-            column = carried.o.column
-            rest_now = total.o if bit == self.bits - 1 else carried.o.rest
-            is_one = Signal(name=f"is_one_{bit}", reset_less=True)
-            above  = Signal(len(found), name=f"above_{bit}", reset_less=True)
-            m.d.sync += [is_one.eq((zeros.o << 1) < rest_now), above.eq(carried.o.found)]
-            found = Cat(is_one, above)
-            if bit:
-                agree  = window_columns(m, column[bit * SIZE:], valid[now], opens[now], SIZE, f"agree_{bit}")
-                less   = Signal(range(VOTES_MAX + 1), name=f"less_{bit}", reset_less=True)
-                same   = Signal(range(VOTES_MAX + 1), name=f"same_{bit}", reset_less=True)
-                lower  = Signal(SIZE * bit, name=f"lower_{bit}", reset_less=True)
-                voters = Signal(len(voting), name=f"voters_{bit}", reset_less=True)
-                lengths = data.View(votes.o.shape(), carried.o.voting)
+            rest_now = carried.o.rest if len(found) else total.o
+            twice    = [below.o << 1 for below in sums]
+            digit    = Signal(range(len(sums) + 1), name=f"digit_{low}", reset_less=True)
+            higher   = Signal(len(found), name=f"higher_{low}", reset_less=True)
+            m.d.sync += higher.eq(carried.o.found)
+            for n, votes_below in enumerate(twice):
+                if n == 0:
+                    m.d.sync += digit.eq(votes_below < rest_now)
+                else:
+                    with m.If(votes_below < rest_now):
+                        m.d.sync += digit.eq(n + 1)
+            found = Cat(digit, higher)
+            if low:
+                column = carried.o.column
+                agree  = window_columns(m, column[low * SIZE:], valid[now], opens[now], SIZE, f"agree_{low}")
+                rests  = [Signal(range(VOTES_MAX + 1), name=f"rest_{low}_{n}", reset_less=True) for n in range(len(sums) + 1)]
+                lower  = Signal(SIZE * low, name=f"lower_{low}", reset_less=True)
+                voters = Signal(len(voting), name=f"voters_{low}", reset_less=True)
+                digits = [each for part in agree for each in _digits(part)]
                 m.d.sync += [
-                    less.eq(rest_now - (zeros.o << 1)), same.eq(rest_now), lower.eq(column),
-                    voters.eq(Cat(Mux(one == is_one, length, 0) for one, length in zip(Cat(agree), lengths))),
+                    *(left.eq(rest_now - below) for left, below in zip(rests, [0, *twice])), lower.eq(column),
+                    voters.eq(Cat(Mux(each == digit, length, 0)
+                                  for each, length in zip(digits, data.View(votes.o.shape(), carried.o.voting)))),
                 ]
-                column, rest, voting = lower, Mux(is_one, less, same), voters
+                column, rest, voting = lower, Value.cast(choose(rests, digit)), voters
             now += 1
         m.d.comb += self.o.eq(found)
         return m
+
+
+def _digits(column: Value) -> list[Value]:
+    """The digit of each line of a column."""
+    return [column[line::SIZE] for line in range(SIZE)]
 
 
 class WeightedMedian(WindowStage):

@@ -98,10 +98,9 @@ class WindowStage(Stage):
         m.submodules.aside = slot_delay = Delay(SlotWord(config, VoteColumn(config)), median.latency)
         slot  = slot_delay.o
         label = Mux(slot.enable, median.o, confidence.center)
-        column, opens, advance = slot.column, slot.opens, median.done
+        column, opens = slot.column, slot.opens
         # A wider window is complete as many columns later as it has columns more on a side.
         for n in range(columns.reach - WINDOW // 2):
-            advance = advance & ~opens
             later       = Signal.like(column, name=f"later_{n}", reset_less=True)
             later_opens = Signal(name=f"later_opens_{n}", reset_less=True)
             with m.If(median.done):
@@ -109,7 +108,7 @@ class WindowStage(Stage):
             column, opens = later, later_opens
         m.d.comb += [
             slot_delay.i.eq(middle(columns.o)),
-            confidence.i.eq(column), confidence.advance.eq(advance), confidence.opens.eq(opens),
+            confidence.i.eq(column), confidence.advance.eq(median.done), confidence.opens.eq(opens),
             confidence.disparity.eq(label),
         ]
 

@@ -64,8 +64,8 @@ def test_stages(part):
 def test_weighted_median():
     for labels in (2, 5, 80, 256):
         built = WeightedMedian(MatcherConfig(labels, 720, method=RECURSIVE_1))
-        assert built.latency == 19 + 9 * (labels - 1).bit_length()
-    assert row("WeightedMedian")[0].endswith(": 19 and 9 a bit of a label")
+        assert built.latency == 19 + 9 * (((labels - 1).bit_length() + 1) // 2)
+    assert row("WeightedMedian")[0].endswith(": 19 and 9 for two bits of a label")
 
 
 def test_arrays():

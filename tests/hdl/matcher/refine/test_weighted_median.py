@@ -1,10 +1,19 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
+from amaranth import Module
+from amaranth.lib import stream, wiring
+from amaranth.lib.wiring import In, Out
 from amaranth.sim import Simulator
 
 from golden.config import RECURSIVE_1, MatcherConfig, changed
+from golden.matcher.recursive.method import match, stages
 from golden.matcher.recursive.weighted_median import votes, weighted_median
+from golden.pictures.scenes import scene
+from hdl.matcher.refine.border_fill import BorderFill
 from hdl.matcher.refine.weighted_median import Votes, WeightedMedian, WeightedMedianColumns
+from hdl.matcher.stream import DisparityWord, LabelWord
 from sim.kit.cases import comparable, label_words, weighted_words
 from sim.kit.frames import run_frames
 from sim.kit.streams import run_stream
@@ -162,3 +171,33 @@ def test_median_of_columns():
     sim.run()
     assert done == [0] * dut.latency + valids[:-dut.latency]
     assert np.reshape(given, (3, 17))[:, 3:].tolist() == expected.tolist()
+
+
+class Chain(wiring.Component):
+    """Fill and median, as they follow the costs."""
+    def __init__(self, config):
+        self.fill, self.median = BorderFill(config), WeightedMedian(config)
+        super().__init__({"i": In(stream.Signature(LabelWord(config))), "o": Out(stream.Signature(DisparityWord(config))),
+                          "minimum": In(self.median.minimum.shape())})
+
+    def elaborate(self, platform):
+        m = Module()
+        m.submodules.fill, m.submodules.median = self.fill, self.median
+        wiring.connect(m, wiring.flipped(self.i), self.fill.i)
+        wiring.connect(m, self.fill.o, self.median.i)
+        wiring.connect(m, self.median.o, wiring.flipped(self.o))
+        m.d.comb += [self.fill.enable.eq(1), self.median.enable.eq(1), self.median.minimum.eq(self.minimum)]
+        return m
+
+
+@pytest.mark.parametrize("minimum, sub_pixel", [(2, False), (-2, True)])
+def test_behind_the_costs(minimum, sub_pixel):
+    """A scene's labels through both stages are bit-exact with the whole golden model."""
+    config = replace(config_of(6, 36, sub_pixel=sub_pixel), minimum=minimum)
+    left, right, _ = scene(36, 9, 6, seed=5)
+    expected, found = match(left, right, config), stages(left, right, config)
+    assert 0 < found.passed.sum() < found.passed.size
+    words = label_words(found.found, found.passed, found.support_size, left)
+    given = run_stream(Chain(config), words, rng=np.random.default_rng(1), inputs={"minimum": minimum})
+    for name in ("disparity", "passed", "confidence"):
+        assert [word[name] for word in given] == getattr(expected, name).ravel().tolist()
