@@ -87,9 +87,15 @@ class RecursiveArray(wiring.Component):
         pixel = supports.pixel
         m.d.comb += [
             below.column.eq(step.column), below.write.eq(step.write), below.below.eq(step.below),
-            final.column.eq(pixel.column), final.completion.complete.eq(pixel.step),
+            final.column.eq(pixel.column), final.write.eq(pixel.in_picture), final.completion.complete.eq(pixel.step),
             final.completion.starts_line.eq(pixel.starts_line), final.completion.in_picture.eq(pixel.in_picture),
         ]
+        if config.lead:
+            leads = pixel.leads & pixel.step
+            m.d.comb += [
+                final.completion.complete.eq(pixel.step & ~leads), final.completion.leads.eq(leads),
+                final.completion.closes.eq(pixel.closes), final.completion.in_picture.eq(pixel.in_picture | leads),
+            ]
         inputs = {
             "below": later("below", below, RecursiveGroup.BELOW, clean=True), "address": carried.address, "limits": carried.limits,
             "place": carried.place, "taps": carried.taps, "share": later("share", self.above_share, RecursiveGroup.SHARE),
@@ -110,7 +116,8 @@ class RecursiveArray(wiring.Component):
 
         # The label of a right pixel is final once it has passed the top label: `right` as the next pixel advances.
         completed = Signal()
-        m.d.sync += completed.eq(group.final_i.completion.complete)
+        completion = group.final_i.completion
+        m.d.sync += completed.eq(completion.complete | completion.leads if config.lead else completion.complete)
         m.d.comb += [self.right.eq(right.least.index), self.right_valid.eq(completed & right.in_picture)]
 
         # The label, with its pixel; the least cost, for the next line.
@@ -159,14 +166,12 @@ class RecursiveEngine(wiring.Component):
         method = config.method_as(Recursive)
         if not method.engines:
             raise ValueError("costs from below and sub-pixel disparities have no gateware; leave out from_below and sub_pixel")
-        if config.lead:
-            raise ValueError(f"minimum must be at least 0 in the gateware of the method recursive, not {config.minimum}")
         self.lag = Supports.lag_of(config)
         # What a label needs: its support, the right picture's labels, and the pipelines.
         flush = self.lag + method.propagation.fan + max(config.labels, self._pipeline) + 4
         self.source = RecursiveSource(config, flush)
         self.array = RecursiveArray(config)
-        self.checker = LeftRightCheck(config, config.labels + 8)
+        self.checker = LeftRightCheck(config, config.labels + config.lead + 8)
         self.queue_depth = self.lag + config.labels + self._pipeline + LeftRightCheck.LATENCY + MARGIN
         super().__init__({
             "i": In(stream.Signature(CensusWord(config))),

@@ -21,9 +21,9 @@ __all__ = ["Final", "LineBelowGroup", "LineBelowWave", "RecursiveGroup"]
 
 
 class Final(data.StructLayout):
-    """A pixel whose costs are there, or padding: its completion, in its column."""
+    """A pixel whose costs are there, or padding: its completion, in its column; ``write``: they are kept for the next line."""
     def __init__(self, config: MatcherConfig):
-        super().__init__({"completion": Completion(config), "column": range(config.max_width)})
+        super().__init__({"completion": Completion(config), "column": range(config.max_width), "write": 1})
 
 
 class LineBelowWave(data.StructLayout):
@@ -240,7 +240,7 @@ class RecursiveGroup(wiring.Component):
                 mean.eq(product >> GradedArms.RECIPROCAL_BITS), costs[n].eq(mean + share_later.o[n]),
             ]
         m.d.comb += [
-            carried.write.eq(self.final_i.completion.in_picture), carried.column.eq(self.final_i.column), carried.cost.eq(self.costs),
+            carried.write.eq(self.final_i.write), carried.column.eq(self.final_i.column), carried.cost.eq(self.costs),
         ]
 
         # The right view passes the costs.

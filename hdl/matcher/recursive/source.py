@@ -4,9 +4,10 @@ from amaranth import *
 from amaranth.lib import data, stream, wiring
 from amaranth.lib.wiring import In, Out
 
-from golden.config import IN_USE_BITS, MINIMUM_BITS, PIXEL_BITS, MatcherConfig, Recursive
+from golden.config import IN_USE_BITS, PIXEL_BITS, MatcherConfig, Recursive
 
 from ...parts.delay import data_register
+from ..settings import minimum_shape
 from ..stream import FLAGS, CensusWord
 from ..streaming.waves import Completion, Wave
 
@@ -36,11 +37,13 @@ class RecursiveSource(wiring.Component):
     The wave of column ``x`` completes pixel ``x - 1`` of the line above it, whose costs need those of the line below. In front of each
     line, ``fan`` steps read the first columns of the line above.
 
+    With a lead the first columns of a line have no left pixel: their waves complete padding, and a pixel of the right picture each.
+
     Supports, and labels of the right picture, need pixels to the right of the one completed. Those of the next line serve as padding; where
     no line follows, ``flush_waves`` flush cycles do instead. They also follow a line of fewer pixels than :attr:`flushed_width`: the costs
     of its first pixels are needed by the next line before they would be there.
 
-    Timing: ``W + fan + 2`` cycles a line of ``W`` columns, while ``go`` and ``i.valid``; ``o`` and ``wave`` a cycle after the column was
+    Timing: ``W + fan + 2`` cycles a line of ``W`` columns, those of the lead among them, while ``go`` and ``i.valid``; ``o`` and ``wave`` a cycle after the column was
     accepted.
 
     Parameters
@@ -57,6 +60,8 @@ class RecursiveSource(wiring.Component):
         A pixel may be completed.
     in_use : In(IN_USE_BITS)
         Labels in use; sampled before the first column of a frame.
+    minimum : In(minimum_shape(config))
+        Least disparity, pixels; sampled likewise.
     wave : Out(Wave(config, CensusWord(config)))
     o : Out(Step(config))
     starts_frame : Out(1)
@@ -66,7 +71,7 @@ class RecursiveSource(wiring.Component):
         self.config = config
         self.flush_waves = flush_waves
         super().__init__({
-            "i": In(stream.Signature(CensusWord(config))), "go": In(1), "in_use": In(IN_USE_BITS), "minimum": In(MINIMUM_BITS),
+            "i": In(stream.Signature(CensusWord(config))), "go": In(1), "in_use": In(IN_USE_BITS), "minimum": In(minimum_shape(config)),
             "wave": Out(Wave(config, CensusWord(config))), "o": Out(Step(config)), "starts_frame": Out(1),
         })
 
@@ -84,11 +89,12 @@ class RecursiveSource(wiring.Component):
         now    = Signal.like(self.i.p)
         top    = Signal()                                 # the frame's first line: it completes nothing
         second = Signal()
-        column = Signal(range(max(config.max_width, self.flushed_width) + 1))     # columns of this line that have been accepted
+        lead   = config.lead
+        column = Signal(range(max(config.max_width, self.flushed_width) + lead + 1))  # columns of this line that have been accepted
         width  = Signal(range(config.max_width))          # of this frame, less one
         ahead  = Signal(range(config.max_width))
         cycles = Signal(range(max(self.flush_waves, fan)))
-        least  = Signal.like(self.minimum, reset_less=True)
+        least  = Signal(range(config.MINIMUMS.stop + lead), reset_less=True)          # columns before the right picture's first at label 0
         reached = Signal()                                # the right picture has a column at label 0
         issue, pre, past, emit, preroll, flush = (Signal(name=name) for name in ("issue", "pre", "past", "emit", "preroll", "flush"))
         in_use = data_register(m, self.wave.in_use, "wave_in_use")
@@ -101,7 +107,7 @@ class RecursiveSource(wiring.Component):
                     m.d.sync += [top.eq(self.i.p.first), second.eq(top & ~self.i.p.first), column.eq(0), ahead.eq(0)]
                     with m.If(self.i.p.first):
                         m.d.comb += self.starts_frame.eq(1)
-                        m.d.sync += [in_use.eq(Mux(self.in_use > config.labels, config.labels, self.in_use)), least.eq(self.minimum)]
+                        m.d.sync += [in_use.eq(Mux(self.in_use > config.labels, config.labels, self.in_use)), least.eq(self.minimum + lead)]
                     m.next = "fan"
             with m.State("fan"):
                 m.d.comb += preroll.eq(1)
@@ -116,12 +122,12 @@ class RecursiveSource(wiring.Component):
                     with m.If(now.last):
                         m.next = "past"
                         with m.If(top):
-                            m.d.sync += width.eq(column)
+                            m.d.sync += width.eq(column - lead)
             with m.State("past"):
                 m.d.comb += [now.eq(before), past.eq(1), issue.eq(self.go), emit.eq(1)]
                 with m.If(issue):
                     m.next = "before"
-                    with m.If((column < self.flushed_width) | before.end):
+                    with m.If((column < self.flushed_width + lead) | before.end):
                         m.next = "flush"
             with m.State("flush"):
                 m.d.comb += [pre.eq(1), flush.eq(1), issue.eq(self.go)]
@@ -145,17 +151,21 @@ class RecursiveSource(wiring.Component):
         alike = (difference >= -threshold) & (difference <= threshold) & ~before.below
         step = Signal(Step(config))
         place = Signal(range(config.max_width))   # of the pixel that is completed next
-        completes = emit & ~top
-        with m.If(issue & emit | preroll):
+        pixel = emit & (column > lead)            # not a column of the lead
+        leads = emit & (column <= lead) & ~past & ~top
+        completes = pixel & ~top
+        with m.If(issue & pixel | preroll):
             m.d.sync += ahead.eq(ahead + (ahead != width))
         with m.If(issue):
-            m.d.sync += place.eq(Mux(emit, place + 1, 0))
+            m.d.sync += place.eq(Mux(pixel, place + 1, 0))
+        if lead:
+            m.d.sync += [step.completion.leads.eq(issue & leads), step.completion.closes.eq(flush | (column == 1))]
         m.d.comb += self.o.eq(step)
         m.d.sync += [
-            step.advance.eq(issue & emit | preroll), step.ahead.eq(ahead), step.column.eq(place), step.write.eq(issue & emit),
+            step.advance.eq(issue & pixel | preroll), step.ahead.eq(ahead), step.column.eq(place), step.write.eq(issue & pixel),
             step.below.eq(alike), step.opens.eq(place == 0), step.edge.eq(place < fan), step.has_above.eq(~second),
             step.grey.eq(before.left.minus), step.first.eq(second & (place == 0)), step.last.eq(before.last), step.end.eq(before.end),
-            step.completion.clear.eq(issue & pre & ~flush), step.completion.complete.eq(issue & (completes | flush)),
+            step.completion.clear.eq(issue & pre & ~flush), step.completion.complete.eq(issue & (completes | leads | flush)),
             step.completion.starts_line.eq(flush | (place == 0)), step.completion.in_picture.eq(issue & completes),
         ]
         return m

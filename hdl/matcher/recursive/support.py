@@ -124,11 +124,12 @@ class Mean(data.StructLayout):
 class SupportedPixel(data.StructLayout):
     """A pixel whose support is complete.
 
-    ``step``: there is one, or padding. ``size``: pixels of its support.
+    ``step``: there is one, or padding. ``size``: pixels of its support. ``leads``, ``closes``, with a lead only: as of
+    :class:`hdl.matcher.streaming.waves.Completion`.
     """
     def __init__(self, config: MatcherConfig):
         super().__init__({
-            "step": 1, "starts_line": 1, "in_picture": 1, "column": range(config.max_width), "grey": PIXEL_BITS,
+            **({"leads": 1, "closes": 1} if config.lead else {}), "step": 1, "starts_line": 1, "in_picture": 1, "column": range(config.max_width), "grey": PIXEL_BITS,
             "size": range(config.method_as(Recursive).arms.support_max + 1), **FLAGS,
         })
 
@@ -189,9 +190,10 @@ class Supports(wiring.Component):
         waiting = data.StructLayout({**carried, "place": place.shape()})
         m.submodules.waiting = wait = StepDelay(waiting, self.lag_of(config))
         m.submodules.aligned = aligned = Delay(waiting, ArmSource.LATENCY - StepDelay.LATENCY)
-        m.d.comb += [wait.i[name].eq(self.i[name]) for name in carried if name not in ("starts_line", "in_picture")]
+        of_completion = set(completion.shape().members)
+        m.d.comb += [wait.i[name].eq((completion if name in of_completion else self.i)[name]) for name in carried]
         m.d.comb += [
-            wait.i.starts_line.eq(completion.starts_line), wait.i.in_picture.eq(completion.in_picture), wait.i.place.eq(place),
+            wait.i.place.eq(place),
             wait.step.eq(completion.complete), aligned.i.eq(wait.o),
         ]
         stepped = [completion.complete]

@@ -39,6 +39,9 @@ def words_of(pair, config):
     (config_of(13, 27, fan=31), 5, 3, 0.0),                                   # narrower than its labels
     (config_of(13, 90, minimum=3, census_threshold=2), 90, 3, 0.3),
     (config_of(6, 40, check=False, median=False), 40, 1, 0.0),
+    (config_of(6, 40, minimum=-5), 40, 4, 0.3),
+    (config_of(3, 16, minimum=-64), 11, 4, 0.0),                              # a lead longer than the lines
+    (config_of(2, 1, minimum=-1, fan=3), 1, 2, 0.0),
     (config_of(6, 24, fill=False, lower_share=0, own_share=7), 24, 4, 0.0),
     (config_of(6, 50, near_threshold=40, far_threshold=30, step_threshold=50, reach=31), 50, 3, 0.3),
     (config_of(6, 50, spread_step=1, spread_jump=127, gate_floor=127, above_share=15, cost_limit=9), 50, 4, 0.0),
@@ -135,7 +138,6 @@ def test_reset_in_mid_frame(cut):
 @pytest.mark.parametrize("config, message", [
     (MatcherConfig(6, 40, method=RECURSIVE_2), "costs from below and sub-pixel disparities have no gateware"),
     (config_of(6, 40, sub_pixel=True), "costs from below and sub-pixel disparities have no gateware"),
-    (config_of(6, 40, minimum=-1), "minimum must be at least 0 in the gateware of the method recursive, not -1"),
 ])
 def test_refused(config, message):
     with refused_components(), pytest.raises(ValueError, match=message):
