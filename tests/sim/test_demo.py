@@ -68,7 +68,7 @@ def test_sheet_and_figures(small, simulated, tmp_path, capsys, fault):
 
     labels = disparities(small.left, small.right, ours).copy()
     labels[0, :fault] ^= 8
-    expected = {"thesis": disparities(small.left, small.right, thesis), "fused": labels}
+    expected = {"thesis": disparities(small.left, small.right, thesis), "recursive": labels}
     report = json.loads((folder / "report.json").read_text())
     assert report["mismatches"] == fault and report["clocks_per_pixel"] == 2.0
     assert report["bad_pixels_percent"] == {name: pytest.approx(bad_pixels(each, small.truth, small.masks["known"]), abs=0.006)
@@ -93,9 +93,9 @@ def test_real_pair(simulated, tmp_path):
     report = json.loads((tmp_path / "report.json").read_text())
     assert (report["width"], report["height"], report["disparities"], configs[0].labels) == (370, 250, 32, 32)
     figures = report["bad_pixels_percent"]
-    assert figures["fused"] < figures["thesis"] / 3
+    assert figures["recursive"] < figures["thesis"] / 3
     told = " ".join((ROOT / "README.md").read_text(encoding="utf-8").split())
-    assert f"{figures['thesis']:.2f} % to {figures['fused']:.2f} %" in told
+    assert f"{figures['thesis']:.2f} % to {figures['recursive']:.2f} %" in told
 
 
 @pytest.mark.parametrize("arguments, told", [

@@ -43,8 +43,8 @@ class RecursiveSource(wiring.Component):
     no line follows, ``flush_waves`` flush cycles do instead. They also follow a line of fewer pixels than :attr:`flushed_width`: the costs
     of its first pixels are needed by the next line before they would be there.
 
-    Timing: ``W + fan + 2`` cycles a line of ``W`` columns, those of the lead among them, while ``go`` and ``i.valid``; ``o`` and ``wave`` a cycle after the column was
-    accepted.
+    Timing: ``W + fan + 2`` cycles a line of ``W`` columns, those of the lead among them, while ``go`` and ``i.valid``; ``o`` and ``wave`` a
+    cycle after the column was accepted.
 
     Parameters
     ----------
@@ -94,7 +94,7 @@ class RecursiveSource(wiring.Component):
         width  = Signal(range(config.max_width))          # of this frame, less one
         ahead  = Signal(range(config.max_width))
         cycles = Signal(range(max(self.flush_waves, fan)))
-        least  = Signal(range(config.MINIMUMS.stop + lead), reset_less=True)          # columns before the right picture's first at label 0
+        least  = Signal(range(config.MINIMUMS.stop + lead), reset_less=True)          # columns before the right picture's at label 0
         reached = Signal()                                # the right picture has a column at label 0
         issue, pre, past, emit, preroll, flush = (Signal(name=name) for name in ("issue", "pre", "past", "emit", "preroll", "flush"))
         in_use = data_register(m, self.wave.in_use, "wave_in_use")

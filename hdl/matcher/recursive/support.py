@@ -129,7 +129,8 @@ class SupportedPixel(data.StructLayout):
     """
     def __init__(self, config: MatcherConfig):
         super().__init__({
-            **({"leads": 1, "closes": 1} if config.lead else {}), "step": 1, "starts_line": 1, "in_picture": 1, "column": range(config.max_width), "grey": PIXEL_BITS,
+            **({"leads": 1, "closes": 1} if config.lead else {}),
+            "step": 1, "starts_line": 1, "in_picture": 1, "column": range(config.max_width), "grey": PIXEL_BITS,
             "size": range(config.method_as(Recursive).arms.support_max + 1), **FLAGS,
         })
 
