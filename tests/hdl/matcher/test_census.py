@@ -5,13 +5,14 @@ import pytest
 from amaranth import *
 from amaranth.lib import stream, wiring
 from amaranth.lib.wiring import In, Out
+from amaranth.sim import Simulator
 
-from golden.config import FUSED_1, MatcherConfig, changed
-from hdl.matcher.census import CensusStage
+from golden.config import FUSED_1, RECURSIVE_1, MatcherConfig, changed
+from hdl.matcher.census import BlindCensusStage, CensusStage
 from hdl.matcher.lines import LineStore
 from hdl.matcher.stream import CensusWord, ColumnWord, PixelPair
 from sim.kit.cases import census_words, column_words, comparable, noise, pixel_words
-from sim.kit.streams import run_stream
+from sim.kit.streams import check_rules, receive, run_stream, send
 
 
 WINDOWS = [(1, 1), (1, 3), (3, 3), (5, 7), (7, 9), (5, 1)]
@@ -153,3 +154,34 @@ def test_words_hold_their_values():
     pair = noise(4, 3, 1)
     assert [comparable(word, CensusWord(cfg)) for word in census_words(*pair, cfg)] == census_words(*pair, cfg)
     assert [comparable(word, ColumnWord(5)) for word in column_words(*pair, 5)] == column_words(*pair, 5)
+
+
+@pytest.mark.parametrize("stall", [0.0, 0.4])
+def test_threshold(stall):
+    """A neighbour has a bit if it is darker by more than the threshold, which is sampled with a frame's first pixel."""
+    thresholds = [0, 7, 2, 1]
+    pairs = [noise(9, 3, seed) // 25 for seed in range(len(thresholds))]
+    plain = MatcherConfig(labels=2, max_width=16, method=RECURSIVE_1)
+    expected = [word for pair, threshold in zip(pairs, thresholds)
+                for word in census_words(*pair, plain.with_settings({"census_threshold": threshold}))]
+    assert expected != [word for pair in pairs for word in census_words(*pair, plain)]
+    dut = BlindCensusStage(plain)
+    rng = np.random.default_rng(1)
+    given: list = []
+
+    async def source(ctx):
+        for pair, threshold in zip(pairs, thresholds):
+            ctx.set(dut.threshold, threshold)
+            await send(ctx, dut.i, column_words(*pair, dut.rows), rng=rng, stall=stall)
+            await ctx.tick().repeat(12)     # the frame's last word has been output
+
+    async def sink(ctx):
+        await receive(ctx, dut.o, len(expected), rng=rng, stall=0.0, timeout=300)
+
+    simulator = Simulator(dut)
+    simulator.add_clock(1e-6)
+    simulator.add_testbench(source)
+    simulator.add_testbench(sink)
+    simulator.add_testbench(check_rules(dut.o, given), background=True)
+    simulator.run()
+    assert [comparable(word) for word in given] == expected
