@@ -10,13 +10,17 @@ from typing import Any, NoReturn
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 
-from .config import METHODS, Arithmetic, Engine, MatcherConfig, Method, OnePass, Weights, changed, parameters_of
+from .config import METHODS, Arithmetic, Engine, MatcherConfig, Method, OnePass, RecursiveCost, Weights, changed, parameters_of
 from .errors import UserError
 from .matcher.parameters import NAMED, default_parameters, read_parameters
 
 
 __all__ = ["Parser", "add_gateware_options", "add_method_options", "add_minimum_option", "belongs", "check_disparities", "described",
            "either", "gateware_config", "method_config", "methods_with", "progress", "refines_by_default"]
+
+
+# Parameters that have options of their own; a method without one refuses it.
+NUMBERS = ("sub_pixel", "fraction_bits", "census_threshold", *Weights._fields)
 
 
 class Parser(argparse.ArgumentParser):
@@ -140,6 +144,10 @@ def add_method_options(parser: argparse.ArgumentParser, method: str = OnePass.na
                         help=f"number formats of the thesis's method (default: {thesis}); the others have one each: {fixed}")
     parser.add_argument("--fraction-bits", type=int, metavar="Q",
                         help=f"fraction bits of the slopes, 0 to 4; linear arithmetic only (default: {OnePass.fraction_bits})")
+    limits = RecursiveCost.LIMITS["census_threshold"]
+    parser.add_argument("--census-threshold", type=int, metavar="T", help=(
+        f"difference of grey levels that the census of the method recursive does not see, {limits[0]} to {limits[-1]}; "
+        f"1 for cameras, whose noise it is, see docs/tuning.md (default: {RecursiveCost.census_threshold})"))
     _add_weights(parser)
 
 
@@ -162,7 +170,7 @@ def _check_owners(options: argparse.Namespace) -> None:
         "refine": methods_with(lambda method: bool(method.SWITCHES)), "parameters": list(NAMED),
         **{name: methods_with(lambda method, name=name: name in method.SWITCHES) for name in switches},  # type: ignore[misc]
         **{name: methods_with(lambda method, name=name: name in parameters_of(method))  # type: ignore[misc]
-           for name in ("sub_pixel", "fraction_bits", *Weights._fields)},
+           for name in NUMBERS},
     }
     for name, methods in owners.items():
         value = getattr(options, name)
@@ -190,7 +198,7 @@ def method_config(options: argparse.Namespace, disparities: int, arithmetic: Ari
     """
     _check_owners(options)
     method = read_parameters(options.parameters, options.method) if options.parameters else default_parameters(options.method)
-    values = {name: value for name in ("sub_pixel", "fraction_bits", *Weights._fields) if (value := getattr(options, name)) is not None}
+    values = {name: value for name in NUMBERS if (value := getattr(options, name)) is not None}
     if "arithmetic" in parameters_of(method):
         values["arithmetic"] = options.arithmetic or arithmetic
     elif options.arithmetic not in (None, method.arithmetic):

@@ -8,9 +8,10 @@ import pytest
 from PIL import Image
 
 from golden.__main__ import main
-from golden.config import FUSED_1, METHODS, MatcherConfig, OnePass, changed
+from golden.config import FUSED_1, METHODS, RECURSIVE_1, MatcherConfig, OnePass, changed
 from golden.matcher.fused import match as match_fused
-from golden.matcher.labelling import match
+from golden.matcher.labelling import match as match_thesis
+from golden.matcher.matcher import match
 from golden.pictures.images import read_picture, write_picture
 from golden.pictures.metrics import bad_pixels
 from golden.pictures.scenes import scene
@@ -34,7 +35,7 @@ def folder(tmp_path, monkeypatch):
 
 def expected(minimum=0, **parameters):
     config = MatcherConfig(labels=80, minimum=minimum, method=changed(OnePass(), **parameters))
-    return match(read_picture("left.png"), read_picture("right.pgm"), config)
+    return match_thesis(read_picture("left.png"), read_picture("right.pgm"), config)
 
 
 @pytest.mark.parametrize("suffix", [".npy", ".png", ".pgm", ".pfm", ".txt"])
@@ -59,6 +60,22 @@ def test_options(folder, arguments, settings):
     np.testing.assert_array_equal(np.load("old.npy"), expected(**settings))
     others = [{}, {"arithmetic": "linear"}] if "fraction_bits" in settings else [{}]
     assert all((expected(**settings) != expected(**other)).any() for other in others)
+
+
+@pytest.mark.parametrize("arguments, settings", [
+    ([], {}), (["--parameters", "recursive-2"], {"from_below": True}), (["--census-threshold", "3"], {"census_threshold": 3}),
+    (["--no-fill", "--minimum", "-3"], {"fill": False}),
+])
+def test_recursive(folder, arguments, settings):
+    assert main(["match", "left.png", "right.pgm", "--disparities", "80", "--method", "recursive", *arguments, "--output", "old.npy"]) == 0
+    pair = read_picture("left.png"), read_picture("right.pgm")
+    minimum = -3 if "--minimum" in arguments else 0
+
+    def disparity(**values):
+        return match(*pair, MatcherConfig(80, minimum=minimum, method=changed(RECURSIVE_1, **values)))["disparity"]
+
+    np.testing.assert_array_equal(np.load("old.npy"), disparity(**settings))
+    assert not settings or (disparity(**settings) != disparity()).any()
 
 
 def expected_fused(minimum=0, **stages):
@@ -108,7 +125,7 @@ def test_motorcycle(capsys, tmp_path):
     pair = reduced_motorcycle()
     assert main(["match", "--output", str(tmp_path / "a.npy")]) == 0
     labels = np.load(tmp_path / "a.npy")
-    np.testing.assert_array_equal(labels, match(pair.left, pair.right, MatcherConfig(labels=pair.disparities)))
+    np.testing.assert_array_equal(labels, match_thesis(pair.left, pair.right, MatcherConfig(labels=pair.disparities)))
     bad = bad_pixels(labels, pair.truth, pair.masks["known"])
     assert 5 < bad < 40
     assert f"bad pixels: {bad:.2f} %" in capsys.readouterr().out
@@ -154,6 +171,10 @@ LIMITS = f"must be a whole number from 2 to {MatcherConfig.LABELS[-1]}"
     ([*PAIR, *NUMBER, *FUSED, "--arithmetic", "thesis", *OUTPUT], "--arithmetic thesis cannot compute the method fused; choose"),
     ([*PAIR, *NUMBER, *FUSED, "--arithmetic", "float", *OUTPUT], "--arithmetic float cannot compute the method fused; choose"),
     ([*PAIR, *NUMBER, *FUSED, "--fraction-bits", "3", *OUTPUT], "--fraction-bits 3 belongs to the method thesis; choose --method thesis"),
+    ([*PAIR, *NUMBER, *FUSED, "--census-threshold", "1", *OUTPUT], "--census-threshold 1 belongs to the method recursive; choose"),
+    ([*PAIR, *NUMBER, "--method", "recursive", "--census-threshold", "8", *OUTPUT],
+     "--census-threshold must be a whole number from 0 to 7, not 8"),
+    ([*PAIR, *NUMBER, "--method", "recursive", "--u1", "8", *OUTPUT], "--u1 8 belongs to the method thesis or fused; choose"),
     ([*PAIR, *NUMBER, *FUSED, "--u2", "64", *OUTPUT], "--u2 must be a whole number from 0 to 63, not 64"),
     ([*PAIR, *NUMBER, *FUSED, "--minimum", "256", *OUTPUT], "--minimum must be a whole number from -64 to 255, not 256"),
     ([*PAIR, *NUMBER, *FUSED, "--no-check", "--fill", *OUTPUT], "--fill has nothing to do without the left-right check"),
