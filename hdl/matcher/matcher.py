@@ -79,19 +79,24 @@ class Matcher(wiring.Component):
         parts = self.parts
         in_front = _LINE_STORE_CLOCKS + sum(stage.line_clocks for stage in parts.columns)
         lengthened = sum(stage.line_clocks for stage in parts.pixels)
-        return max([lengthened + max(parts.engine.padding_clocks, in_front), *(stage.line_clocks for stage in parts.labels)])
+        of_engine = parts.engine.preroll_clocks + max(parts.engine.padding_clocks, in_front)
+        return max([lengthened + of_engine, *(stage.line_clocks for stage in parts.labels)])
 
     def frame_clocks(self, width: int, height: int) -> int:
         """Cycles from one frame's first disparity to the next one's, if neither ``i`` nor ``o`` stalls.
 
-        Exact for frames of two lines or more that are no narrower than :attr:`full_rate_width`; otherwise an upper bound.
+        Exact for frames of two lines or more that are no narrower than :attr:`full_rate_width`, unless the engine waits for a stage behind
+        it; otherwise an upper bound.
         """
-        of_stages = [(height + stage.frame_lines) * (width + stage.line_clocks) for stage in self.parts.labels]
-        return max([self.engine.frame_clocks(width, height, self.line_store.rows // 2, self.line_clocks), *of_stages])
+        stages, engine, lines_above = self.parts.labels, self.engine, self.line_store.rows // 2
+        of_stages = [(height + stage.frame_lines) * (width + stage.line_clocks) for stage in stages]
+        # Between two frames a stage accepts nothing for some lines; the engine gives nothing while the line store fills and below a picture.
+        waits = [(stage.frame_lines - lines_above - engine.lines_below) * (width + stage.line_clocks) for stage in stages]
+        return max([engine.frame_clocks(width, height, lines_above, self.line_clocks) + max([0, *waits]), *of_stages])
 
     @property
     def full_rate_width(self) -> int:
-        """Shortest line, in pixels, that is labelled at :attr:`clocks_per_pixel`; shorter ones take as long."""
+        """Shortest line, in pixels, that is labelled at :attr:`clocks_per_pixel`; shorter ones take as long, or so many cycles more."""
         return self.engine.full_rate_width
 
     @property

@@ -79,5 +79,7 @@ class MatcherBench:
             assert frame.latency <= (number + 1) * (matcher.latency_lines * width * clocks + matcher.latency_clocks)
         assert clocks <= 8 and matcher.latency_lines <= 8 and matcher.latency_clocks <= 1500
         first = frames[0]
-        # A line costs a few clocks more than its pixels.
-        assert first.clocks_per_pixel <= max(matcher.full_rate_width / first.width, clocks) + 40 / first.width
+        if first.width >= matcher.full_rate_width:
+            assert first.clocks_per_pixel <= clocks + (matcher.line_clocks + 30) / first.width
+        else:
+            assert first.clocks_per_pixel <= matcher.frame_clocks(first.width, first.height) / (first.width * first.height)

@@ -146,7 +146,7 @@ class RecursiveEngine(wiring.Component):
     The only feedback is from a line to the next one: there is no loop within a line. The array never stalls; a pixel is completed only
     while the output queue has room for all that are in flight.
 
-    Timing: a pixel a cycle and ``fan + 2`` cycles more a line; :attr:`latency` cycles from a step to the label that it makes known.
+    Timing: a pixel a cycle, and :attr:`padding_clocks` and :attr:`preroll_clocks` more a line; :attr:`latency` cycles from a step to the label that it makes known.
 
     Members
     -------
@@ -157,6 +157,7 @@ class RecursiveEngine(wiring.Component):
         Settings; sampled as the first column of a frame is accepted.
     """
     clocks_per_pixel = 1
+    padding_clocks = 2  # cycles of padding in a line
     rows = 3
     lines_below = 1
     settings: ClassVar = ("in_use", *_SAMPLED, "minimum", "check")
@@ -186,13 +187,13 @@ class RecursiveEngine(wiring.Component):
 
     @property
     def full_rate_width(self) -> int:
-        """Shortest line, in pixels, that is labelled at :attr:`clocks_per_pixel`; shorter ones take as long."""
+        """Shortest line, in pixels, that is labelled at :attr:`clocks_per_pixel`; shorter ones take so many cycles more."""
         return self.source.flushed_width
 
     @property
-    def padding_clocks(self) -> int:
-        """Cycles of padding in a line."""
-        return self.config.method_as(Recursive).propagation.fan + 2
+    def preroll_clocks(self) -> int:
+        """Cycles in a line, once its first column has been offered, before that one is accepted."""
+        return self.config.method_as(Recursive).propagation.fan
 
     @property
     def latency(self) -> int:
@@ -201,13 +202,21 @@ class RecursiveEngine(wiring.Component):
 
     def latency_clocks(self, lines: int, line_clocks: int) -> int:
         """Bound of a label's latency beyond ``lines`` lines of a pixel a cycle, in cycles, behind a line store."""
-        return LineStore.PLUS_DEPTH + self.latency + self.lag + self.config.labels + (lines + 4) * line_clocks
+        return LineStore.PLUS_DEPTH + self.latency + self.lag + self.config.labels + (lines + 2) * line_clocks
 
     def frame_clocks(self, width: int, height: int, lines_above: int, line_clocks: int) -> int:
-        """Cycles from one frame's first label to the next one's, if pixels are offered and labels taken without a pause: a bound."""
+        """Cycles from one frame's first label to the next one's, if pixels are offered and labels taken without a pause.
+
+        ``lines_above`` lines only fill the line store, at a cycle beyond their pixels each; as many lines as the picture has and
+        :attr:`lines_below` take ``line_clocks``. Exact where a line is labelled at full rate. Flush cycles follow a narrower one: then an
+        upper bound.
+        """
+        if width >= self.full_rate_width:
+            # The next frame's first line does not wait behind padding, which the last line of the one before has had.
+            in_front = line_clocks - self.preroll_clocks - self.padding_clocks
+            return (height + self.lines_below) * (width + line_clocks) + lines_above * (width + 1) - in_front
         flush = self.source.flush_waves
-        line = width + line_clocks + (flush if width < self.source.flushed_width else 0)
-        return (height + lines_above + self.lines_below) * line + flush
+        return (height + lines_above + self.lines_below) * (width + line_clocks + flush) + flush
 
     def elaborate(self, platform: object) -> Module:
         m = Module()

@@ -86,6 +86,7 @@ class SequentialEngine(wiring.Component):
     lines_below = 0
     rows = 3
     padding_clocks = 2  # cycles of padding in a line
+    preroll_clocks = 0  # and before its first column, once that has been offered
 
     def __init__(self, config: MatcherConfig, bec: Bec | None = None):
         if config.labels not in config.SEQUENTIAL_LABELS:

@@ -72,6 +72,7 @@ class StreamingEngine(wiring.Component):
     """
     clocks_per_pixel = 1
     padding_clocks = 2  # cycles of padding in a line
+    preroll_clocks = 0  # and before its first column, once that has been offered
     rows = 3
 
     def __init__(self, config: MatcherConfig, costs: type[CostArray], label_output: type[LabelOutput], *, registered: bool = False):
