@@ -25,13 +25,14 @@ class Taps(data.StructLayout):
     """A step on the line above.
 
     ``place``: in the rings of the taps. ``opens``, ``edge``: as of :class:`hdl.matcher.recursive.source.Step`. The gates of the centre tap
-    and of those to its left and right, and the share of what they give; all 0 on the first line.
+    and of those to its left and right. ``has_above``: there is a line above; else nothing is carried.
     """
     def __init__(self, config: MatcherConfig):
         method = config.method_as(Recursive)
         gate = range(method.carried_max + 1)
         super().__init__({
-            "advance": 1, "place": range(method.propagation.fan), "opens": 1, "edge": 1, "centre": gate, "left": gate, "right": gate,
+            "advance": 1, "place": range(method.propagation.fan), "opens": 1, "edge": 1, "has_above": 1,
+            "centre": gate, "left": gate, "right": gate,
         })
 
 
@@ -133,13 +134,14 @@ class CarriedSource(wiring.Component):
             gates[name] = Signal(range(method.carried_max + 1), name=f"gate_{name}", reset_less=True)
             m.d.sync += [
                 difference.eq(stages[2].grey - value), absolute.eq(Mux(difference < 0, -difference, difference)),
-                gates[name].eq(Mux(stages[4].has_above, gate[absolute], 0)),
+                gates[name].eq(gate[absolute]),
             ]
-        control = data.StructLayout({"advance": 1, "place": place.shape(), "opens": 1, "edge": 1})
+        of_step = ("advance", "opens", "edge", "has_above")
+        control = data.StructLayout({"place": place.shape(), **dict.fromkeys(of_step, 1)})
         m.submodules.control = control_later = Delay(control, self.TAPS)
         m.d.comb += [
-            control_later.i.place.eq(place), *(control_later.i[name].eq(step[name]) for name in ("advance", "opens", "edge")),
-            *(self.taps[name].eq(control_later.o[name]) for name in ("advance", "place", "opens", "edge")),
+            control_later.i.place.eq(place), *(control_later.i[name].eq(step[name]) for name in of_step),
+            *(self.taps[name].eq(control_later.o[name]) for name in ("place", *of_step)),
         ]
         for name, value in gates.items():
             m.submodules[f"gate_{name}"] = gate_later = Delay(value.shape(), self.TAPS - 5)
@@ -245,7 +247,10 @@ class CarriedGroup(wiring.Component):
         with m.If(taps.opens):
             m.d.sync += opening.eq(centre)
 
-        # 8 to 10: gates, and the sum of four.
+        # 8 to 10: gates, and the sum of four. What the memories hold before a picture's first line is complete may be undefined: the sum is
+        # cleared, as no gate would make that known.
+        has_above = Signal(2)
+        m.d.sync += has_above.eq(Cat(taps.has_above, has_above))
         above = data_register(m, self.above)
         for n in range(len(self.labels)):
             left = Mux(taps.opens, centre[n], Mux(taps.edge, opening[n], before.centre[n]))
@@ -256,4 +261,6 @@ class CarriedGroup(wiring.Component):
             both  = Signal(range(2 * method.carried_max + 1), name=f"both_{n}", reset_less=True)
             twice = Signal.like(gated["centre"], name=f"twice_{n}", reset_less=True)
             m.d.sync += [both.eq(gated["left"] + gated["right"]), twice.eq(gated["centre"]), above[n].eq((both + (twice << 1)) >> 2)]
+        with m.If(~has_above[1]):
+            m.d.sync += above.eq(0)
         return m

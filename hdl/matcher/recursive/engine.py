@@ -213,8 +213,8 @@ class RecursiveEngine(wiring.Component):
         """
         if width >= self.full_rate_width:
             # The next frame's first line does not wait behind padding, which the last line of the one before has had.
-            in_front = line_clocks - self.preroll_clocks - self.padding_clocks
-            return (height + self.lines_below) * (width + line_clocks) + lines_above * (width + 1) - in_front
+            in_front = line_clocks - self.config.lead - self.preroll_clocks - self.padding_clocks
+            return (height + self.lines_below) * (width + line_clocks) + lines_above * (width + 1 + self.config.lead) - in_front
         flush = self.source.flush_waves
         return (height + lines_above + self.lines_below) * (width + line_clocks + flush) + flush
 

@@ -40,7 +40,7 @@ def test_costs_from_above(fan, labels):
     gates = rng.integers(0, method.carried_max + 1, (3, width))
     least = cost.min(axis=1)
     silent = {"write": 0, "address": 0, "limits": {"least": 0, "limit": 0}, "place": 0,
-              "taps": dict.fromkeys(("advance", "place", "opens", "edge", "centre", "left", "right"), 0)}
+              "taps": dict.fromkeys(("advance", "place", "opens", "edge", "has_above", "centre", "left", "right"), 0)}
     inputs = [{**silent, "write": 1, "column": x, "cost": cost[x].tolist()} for x in range(width)]
     inputs += [{key: {**value} if isinstance(value, dict) else value for key, value in silent.items()} for _ in range(width + fan + 12)]
     for step in range(-fan, width):         # the column that is completed in the cycle of the centre tap
@@ -49,7 +49,7 @@ def test_costs_from_above(fan, labels):
         inputs[at + 3]["limits"] = {"least": int(least[ahead]), "limit": int(least[ahead]) + method.propagation.spread_jump}
         inputs[at + 5]["place"] = (step + fan) % fan
         shown = max(step, 0)
-        inputs[at + 7]["taps"] = {"advance": 1, "place": (step + fan) % fan, "opens": int(step <= 0), "edge": int(step < fan),
+        inputs[at + 7]["taps"] = {"advance": 1, "place": (step + fan) % fan, "opens": int(step <= 0), "edge": int(step < fan), "has_above": 1,
                                   **{name: int(gates[n, shown]) for n, name in enumerate(("centre", "left", "right"))}}
     dut = CarriedGroup(config, range(labels))
     out = run_clocked(dut, inputs, ["above"])
@@ -60,6 +60,9 @@ def test_costs_from_above(fan, labels):
     taps = carried, carried[np.maximum(column - fan, 0)], carried[np.minimum(column + fan, width - 1)]
     gated = [np.minimum(tap, gate[:, None]) for tap, gate in zip(taps, gates)]
     np.testing.assert_array_equal(given, (2 * gated[0] + gated[1] + gated[2]) >> 2)
+    for word in inputs:  # on the first line nothing is carried, whatever is there
+        word["taps"]["has_above"] = 0
+    assert not any(word["above"][n] for word in run_clocked(CarriedGroup(config, range(labels)), inputs, ["above"]) for n in range(labels))
     # The golden model has the gates from grey levels: with open gates it gives the same.
     flat = np.zeros(width, dtype=int)
     open_gates = [np.minimum(tap, method.propagation.gate[0]) for tap in taps]
