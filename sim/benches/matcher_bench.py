@@ -80,6 +80,6 @@ class MatcherBench:
         assert clocks <= 8 and matcher.latency_lines <= 8 and matcher.latency_clocks <= 1500
         first = frames[0]
         if first.width >= matcher.full_rate_width:
-            assert first.clocks_per_pixel <= clocks + (matcher.line_clocks + 30) / first.width
+            assert first.clocks_per_pixel <= clocks + (matcher.line_clocks + 40) / first.width
         else:
             assert first.clocks_per_pixel <= matcher.frame_clocks(first.width, first.height) / (first.width * first.height)
