@@ -90,7 +90,7 @@ class Matcher(wiring.Component):
         """
         stages, engine, lines_above = self.parts.labels, self.engine, self.line_store.rows // 2
         of_stages = [(height + stage.frame_lines) * (width + stage.line_clocks) for stage in stages]
-        # Between two frames a stage accepts nothing for some lines; the engine gives nothing while the line store fills and below a picture.
+        # Between frames a stage accepts nothing for some lines; the engine gives nothing while the line store fills and below a picture.
         waits = [(stage.frame_lines - lines_above - engine.lines_below) * (width + stage.line_clocks) for stage in stages]
         return max([engine.frame_clocks(width, height, lines_above, self.line_clocks) + max([0, *waits]), *of_stages])
 

@@ -146,7 +146,8 @@ class RecursiveEngine(wiring.Component):
     The only feedback is from a line to the next one: there is no loop within a line. The array never stalls; a pixel is completed only
     while the output queue has room for all that are in flight.
 
-    Timing: a pixel a cycle, and :attr:`padding_clocks` and :attr:`preroll_clocks` more a line; :attr:`latency` cycles from a step to the label that it makes known.
+    Timing: a pixel a cycle, and :attr:`padding_clocks` and :attr:`preroll_clocks` more a line; :attr:`latency` cycles from a step to the
+    label that it makes known.
 
     Members
     -------

@@ -60,7 +60,7 @@ def test_matches_golden(config, width, height, stall):
 
 
 def test_one_pixel_a_clock():
-    """Inside a line no clock is lost, between lines as many as fan, census and padding take; latency is within its bound and close to it."""
+    """Inside a line no clock is lost, between lines as many as fan, census and padding take; latency is close to its bound."""
     dut = Matcher(config_of(6, 60))
     width, height, cycles = 60, 12, {}
     run_stream(dut, pixel_words(*noise(width, height, 1)), rng=np.random.default_rng(1), cycles=cycles)

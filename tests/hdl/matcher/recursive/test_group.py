@@ -49,8 +49,8 @@ def test_costs_from_above(fan, labels):
         inputs[at + 3]["limits"] = {"least": int(least[ahead]), "limit": int(least[ahead]) + method.propagation.spread_jump}
         inputs[at + 5]["place"] = (step + fan) % fan
         shown = max(step, 0)
-        inputs[at + 7]["taps"] = {"advance": 1, "place": (step + fan) % fan, "opens": int(step <= 0), "edge": int(step < fan), "has_above": 1,
-                                  **{name: int(gates[n, shown]) for n, name in enumerate(("centre", "left", "right"))}}
+        inputs[at + 7]["taps"] = {"advance": 1, "place": (step + fan) % fan, "opens": int(step <= 0), "edge": int(step < fan),
+                                  "has_above": 1, **{name: int(gates[n, shown]) for n, name in enumerate(("centre", "left", "right"))}}
     dut = CarriedGroup(config, range(labels))
     out = run_clocked(dut, inputs, ["above"])
     given = [[out[width + fan + x + dut.ABOVE]["above"][n] for n in range(labels)] for x in range(width)]
