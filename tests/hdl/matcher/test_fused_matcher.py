@@ -105,7 +105,7 @@ def test_one_pixel_a_clock(labels, width, fused):
 # Slow: 13 labels, of which 6 show the same.
 @pytest.mark.parametrize("config", [
     config_of(6, 60), config_of(13, 8), config_of(6, 60, **VERTICAL), config_of(6, 60, minimum=-7),
-    config_of(6, 60, minimum=-3, **VERTICAL), config_of(6, 36, census_columns=9),
+    pytest.param(config_of(6, 60, minimum=-3, **VERTICAL), marks=pytest.mark.slow), config_of(6, 36, census_columns=9),
     config_of(6, 37, census_rows=3, census_columns=1), config_of(6, 44, census_rows=7, census_columns=5, census_weight=20),
     *(pytest.param(config_of(13, 100, **fused), marks=pytest.mark.slow) for fused in ({}, VERTICAL)),
 ], ids=lambda config: f"D{config.labels}-{config.max_width}-{config.method.cost.census_rows}x{config.method.cost.census_columns}")

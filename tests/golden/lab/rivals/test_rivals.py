@@ -174,6 +174,8 @@ def test_registry_is_whole():
         assert row.figures["nonocc"] < row.figures["all"] < row.figures["disc"]
 
 
+# Slow: the benchmark's figures of these methods are measured by tests of their own.
+@pytest.mark.slow
 @pytest.mark.parametrize("name", COMPARED)
 def test_table_on_data(name):
     """The rows of docs/compare.md that are written by hand; skips without the data."""
