@@ -1,6 +1,6 @@
 """The reference: what every block must compute, and the programs around it. Array in, array out; no cycles, no Amaranth.
 
-``config``, ``matcher``, ``video`` and ``host`` are what the gateware must equal; ``pictures`` and ``lab`` measure it on data.
+``config``, ``matcher``, ``rig``, ``video`` and ``host`` are what the gateware must equal; ``pictures`` and ``lab`` measure it on data.
 May import ``golden``, NumPy and libraries for pictures and tables.
 """
 
