@@ -21,6 +21,8 @@ from .pictures.metrics import bad_pixels
 from .pictures.products import SUFFIXES, add_product_options, check_camera_options, read_camera, write_products
 from .pictures.truth import add_truth_options, check_truth_options, read_truth
 from .pictures.white import add_white_option, check_white
+from .rig.balance import balance
+from .rig.files import read_rig
 
 
 __all__ = ["main"]
@@ -44,7 +46,7 @@ def _methods_with_field(name: str) -> list[str]:
 def parser() -> Parser:
     """The arguments of the command."""
     result = Parser(
-        prog="golden match", description="Disparities of a rectified pair of pictures, as the gateware computes them.",
+        prog="golden match", description="Disparities of a pair of pictures, rectified or with --rig, as the gateware computes them.",
         epilog="Without LEFT and RIGHT the Motorcycle pair of scikit-image, reduced to 180x120 pixels, is matched "
                "and compared with its truth.")
     result.add_argument("left", nargs="?", type=Path, metavar="LEFT", help="left picture: PNG, PGM, PPM, TIFF, JPEG, PFM, NPY or text")
@@ -52,6 +54,10 @@ def parser() -> Parser:
     result.add_argument("--disparities", type=int, metavar="N",
                         help=f"number of disparities, {LIMITS}: 0 .. N-1 pixels (default without pictures: what covers the truth)")
     add_white_option(result)
+    result.add_argument("--rig", type=Path, metavar="FILE", help=(
+        "rectify the pair first: the rig.json of golden calibrate, or its folder; LEFT and RIGHT are as the cameras give them"))
+    result.add_argument("--balance", action="store_true", help=(
+        "then make the right picture's brightness and contrast those of the left one, as the gateware does"))
     add_minimum_option(result)
     add_method_options(result)
     add_truth_options(result)
@@ -73,7 +79,7 @@ def greatest(config: MatcherConfig) -> int:
 
 def _check_outputs(options: argparse.Namespace, config: MatcherConfig) -> None:
     """:class:`UserError` unless every file that is asked for can be written, and can hold what is written there."""
-    inputs = (options.left, options.right, options.truth, options.mask, *(options.calib or []))
+    inputs = (options.left, options.right, options.rig, options.truth, options.mask, *(options.calib or []))
     sides = [side for side in inputs if side is not None and side.exists()]
     taken: list[tuple[str, Path]] = []
     for name in ("output", *MAPS, *SUFFIXES):
@@ -101,14 +107,24 @@ def run(argv: Sequence[str] | None) -> None:
         raise UserError(f"{options.left} has no right picture; give LEFT and RIGHT, or neither for the Motorcycle pair")
     if options.left and options.disparities is None:
         raise UserError(f"--disparities is missing; give the number of disparities of the pictures, {LIMITS}")
+    if options.rig and not options.left:
+        raise UserError(f"--rig {options.rig} is for the cameras' own pictures; give LEFT and RIGHT, or leave it out")
     check_white(options, bool(options.left))
     check_truth_options(options)
     check_camera_options(options)
     _check_outputs(options, method_config(options, MatcherConfig.LABELS[0] if options.disparities is None else options.disparities))
 
+    rig = read_rig(options.rig) if options.rig else None
     pair = None if options.left else motorcycle()
     left, right = (pair.left, pair.right) if pair else read_pair(options.left, options.right, options.white)
     config = method_config(options, options.disparities if options.disparities is not None or not pair else pair.disparities)
+    if rig is not None:
+        if left.shape[::-1] != rig.size:
+            raise UserError(f"{options.left} has {left.shape[1]}x{left.shape[0]} pixels and {options.rig} is for "
+                            f"{rig.size[0]}x{rig.size[1]}; calibrate at the size of the pictures")
+        left, right = rig.rectified(left, right)
+    if options.balance:
+        right = balance(left, right, config.minimum, config.labels)
     camera = read_camera(options, left.shape, config)
     truth = read_truth(options, left.shape, config)
     if pair and truth is None:

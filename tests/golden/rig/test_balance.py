@@ -155,3 +155,8 @@ def test_fixed():
         Fixed(127, 0)
     with pytest.raises(ValueError, match="offset must be a whole number from -16384 to 16384, in 1/256 grey level, not 16385"):
         Fixed(256, 16385)
+
+
+def test_gain_is_rounded_half_up():
+    assert [target(Statistics(0, 0, left, 64))[0] for left in (40, 41)] == [160, 164]
+    assert target(Statistics(0, 0, 100, 61))[0] == 420      # 419.67
