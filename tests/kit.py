@@ -1,4 +1,4 @@
-"""What tests of several rooms share: photographs with ground truth, components that are refused."""
+"""What tests of several rooms share: photographs with ground truth, components that are refused, parameters by turns."""
 
 import contextlib
 import functools
@@ -14,6 +14,19 @@ from amaranth.hdl import UnusedElaboratable
 from golden.errors import UserError
 from golden.pictures.dataset import PAIRS, data_folder, load_pair, motorcycle
 from golden.pictures.sets import load_data
+
+
+def by_turns(cases, stalls):
+    """Parameters of tests: those of each case, then a stall.
+
+    Slow: with one stall what is seen with the other. Case by case ``make test`` takes another one; of a case that is slow, none.
+    """
+    params = []
+    for number, case in enumerate(cases):
+        values, marks = (case.values, case.marks) if hasattr(case, "marks") else (case, ())
+        params += [pytest.param(*values, stall, marks=marks or ([] if turn == number % len(stalls) else pytest.mark.slow))
+                   for turn, stall in enumerate(stalls)]
+    return params
 
 
 @contextlib.contextmanager

@@ -5,7 +5,7 @@ import numpy as np
 from sim.kit.cases import noise, pixel_words
 
 
-__all__ = ["MAX_WIDTH", "RAGGED", "cut", "frame", "repaired", "without"]
+__all__ = ["MAX_WIDTH", "RAGGED", "cut", "frame", "in_a_row", "repaired", "without"]
 
 
 #: Longest line, pixels, of the line stores that get these frames.
@@ -107,3 +107,11 @@ RAGGED = {
     "one-line frame cut off": ([*frame()[:5], *frame(seed=9)], (5, 1), 1),
     "one pixel": ([frame()[0], *frame(seed=9)], (5, 4), 1),
 }
+
+
+def in_a_row(cases=RAGGED):
+    """Words of these ragged frames, each between frames that are good, for one run: a matcher takes longer to elaborate than to run."""
+    words = frame(5, 3, seed=20)
+    for seed, case in enumerate(cases, start=21):
+        words += [*RAGGED[case][0], *frame(5, 4, seed)]
+    return words

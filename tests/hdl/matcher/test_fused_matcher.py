@@ -11,9 +11,10 @@ from hdl.matcher.matcher import Matcher
 from hdl.matcher.settings import setting_ports
 from sim.kit.cases import comparable, fused_words, noise, pixel_words
 from sim.kit.streams import run_stream
+from tests.kit import by_turns
 
 from .matcher_runs import after_reset, run_script
-from .ragged import MAX_WIDTH, RAGGED, repaired
+from .ragged import MAX_WIDTH, RAGGED, in_a_row, repaired
 
 
 ALL = Refinement()
@@ -30,9 +31,8 @@ def as_bytes(pair):
     return [np.asarray(picture, dtype=np.uint8) for picture in pair]
 
 
-# Slow: with more labels what cases of 6 and 13 labels have, and the benches on Verilog with 15, 20 and 39.
-@pytest.mark.parametrize("stall", [0.0, 0.3])
-@pytest.mark.parametrize("config, width, height", [
+# A matcher, width and height of a scene.
+CASES = [
     (config_of(2, 1), 1, 1),
     (config_of(2, 5, reach=0, median_size=3), 5, 3),
     (config_of(3, 16, minimum=4), 11, 4),
@@ -40,10 +40,8 @@ def as_bytes(pair):
     (config_of(6, 3, census_rows=1, census_columns=1), 1, 9),                 # one column, no census
     (config_of(13, 27), 5, 3),                                                # narrower than its labels
     (config_of(6, 27, refinement=Refinement(sub_pixel=True), minimum=3), 27, 5),
-    pytest.param(config_of(13, 60, refinement=Refinement(sub_pixel=True), minimum=3), 60, 5, marks=pytest.mark.slow),
     (config_of(13, 64, refinement=Refinement(check=False, median=False)), 40, 1),
     (config_of(6, 24, refinement=Refinement(fill=False)), 24, 4),
-    pytest.param(config_of(26, 70, refinement=Refinement(fill=False)), 70, 4, marks=pytest.mark.slow),
     (config_of(2, 1, minimum=-1), 1, 1),
     (config_of(3, 16, minimum=-64), 11, 4),                                   # a lead longer than the lines
     (config_of(6, 40, minimum=-3), 40, 7),
@@ -55,8 +53,16 @@ def as_bytes(pair):
     (config_of(13, 27, reach=31, **VERTICAL), 5, 3),
     (config_of(13, 64, minimum=3, **VERTICAL), 40, 1),
     (config_of(6, 26, refinement=Refinement(sub_pixel=True), **VERTICAL), 26, 4),
-    pytest.param(config_of(26, 70, refinement=Refinement(sub_pixel=True), **VERTICAL), 70, 4, marks=pytest.mark.slow),
-], ids=lambda value: f"D{value.labels}" if isinstance(value, MatcherConfig) else str(value))
+    # Slow: with more labels what cases of 6 and 13 labels have, and the benches on Verilog with 14 and 16.
+    *(pytest.param(*case, marks=pytest.mark.slow) for case in (
+        (config_of(13, 60, refinement=Refinement(sub_pixel=True), minimum=3), 60, 5),
+        (config_of(26, 70, refinement=Refinement(fill=False)), 70, 4),
+        (config_of(26, 70, refinement=Refinement(sub_pixel=True), **VERTICAL), 70, 4))),
+]
+
+
+@pytest.mark.parametrize("config, width, height, stall", by_turns(CASES, (0.0, 0.3)),
+                         ids=lambda value: f"D{value.labels}" if isinstance(value, MatcherConfig) else str(value))
 def test_matches_golden(config, width, height, stall):
     """A scene, and noise of other sizes before and after it, in a row."""
     most = config.max_width
@@ -83,9 +89,9 @@ def test_long_pauses():
     assert given == fused_words(left, right, config)
 
 
-# Slow: 13 labels, of which 6 show the same.
+# Slow: 13 labels, of which 4 show the same.
 @pytest.mark.parametrize("labels, width, fused", [
-    (6, 70, {}), (6, 70, VERTICAL), (6, 60, {"minimum": -5}),
+    (4, 45, {}), (4, 45, VERTICAL), (4, 45, {"minimum": -5}),
     *(pytest.param(13, 100, fused, marks=pytest.mark.slow) for fused in ({}, VERTICAL)),
 ])
 def test_one_pixel_a_clock(labels, width, fused):
@@ -102,11 +108,11 @@ def test_one_pixel_a_clock(labels, width, fused):
     assert dut.latency_clocks - 40 - 3 * dut.config.lead <= latency <= dut.latency_clocks
 
 
-# Slow: 13 labels, of which 6 show the same.
+# Slow: 13 labels, of which 3 show the same.
 @pytest.mark.parametrize("config", [
-    config_of(6, 60), config_of(13, 8), config_of(6, 60, **VERTICAL), config_of(6, 60, minimum=-7),
-    pytest.param(config_of(6, 60, minimum=-3, **VERTICAL), marks=pytest.mark.slow), config_of(6, 36, census_columns=9),
-    config_of(6, 37, census_rows=3, census_columns=1), config_of(6, 44, census_rows=7, census_columns=5, census_weight=20),
+    config_of(3, 33), config_of(13, 8), config_of(3, 33, **VERTICAL), config_of(3, 33, minimum=-7),
+    pytest.param(config_of(6, 60, minimum=-3, **VERTICAL), marks=pytest.mark.slow), config_of(3, 30, census_columns=9),
+    config_of(3, 31, census_rows=3, census_columns=1), config_of(3, 34, census_rows=7, census_columns=5, census_weight=20),
     *(pytest.param(config_of(13, 100, **fused), marks=pytest.mark.slow) for fused in ({}, VERTICAL)),
 ], ids=lambda config: f"D{config.labels}-{config.max_width}-{config.method.cost.census_rows}x{config.method.cost.census_columns}")
 def test_frame_clocks(config):
@@ -121,11 +127,12 @@ def test_frame_clocks(config):
     assert firsts[2] - firsts[1] <= dut.frame_clocks(width, height) <= slack * (firsts[2] - firsts[1])
 
 
-@pytest.mark.parametrize("sub_pixel", [False, True])
+# Slow: fewer stages than with sub-pixel disparities.
+@pytest.mark.parametrize("sub_pixel", [pytest.param(False, marks=pytest.mark.slow), True])
 def test_settings(sub_pixel):
     """Built-in ones until the first pulse; new ones from the next frame on, even if they are set while a frame is output."""
     config = config_of(6, 24, refinement=Refinement(sub_pixel=sub_pixel))
-    left, right, _ = scene(24, 9, 6, seed=1)
+    left, right, _ = scene(24, 6, 6, seed=1)
     sets = [{}, {"minimum": 2}, {"check": 0, "fill": 0}, {"fill": 0}, {"median": 0}, {"u1": 63, "u2": 0, "in_use": 3}, {"minimum": 255}]
     expected = [fused_words(left, right, config.with_settings(settings)) for settings in sets]
     assert all(a != b for n, a in enumerate(expected) for b in expected[:n])  # each set gives another picture
@@ -155,25 +162,27 @@ def test_settings(sub_pixel):
     assert not any(errors)
 
 
-@pytest.mark.parametrize("case, fused", [*((case, {}) for case in RAGGED), *((case, VERTICAL) for case in list(RAGGED)[::4]),
-                                         *((case, {"minimum": -2}) for case in list(RAGGED)[::3] if case not in TOO_LONG)])
-def test_ragged(case, fused):
-    """``error`` is raised; frames around the ragged one are bit-exact, and that one is output rectangular, bit-exact with golden."""
-    config = config_of(3, MAX_WIDTH, **fused)
-    before, after = noise(5, 3, 20), noise(5, 4, 21)
-    words = [*pixel_words(*before), *RAGGED[case][0], *pixel_words(*after)]
-    frames, _ = repaired(words)
-    expected = [word for pair in frames for word in fused_words(*as_bytes(pair), config)]
+@pytest.mark.parametrize("cases, fused", [
+    (list(RAGGED), {}), (list(RAGGED)[::4], VERTICAL), ([case for case in list(RAGGED)[::3] if case not in TOO_LONG], {"minimum": -2}),
+], ids=["all", "vertical", "minimum"])
+def test_ragged(cases, fused):
+    """Each ``error`` is raised; frames around a ragged one are bit-exact, and that one is output rectangular, bit-exact with golden."""
+    dut = Matcher(config_of(3, MAX_WIDTH, **fused))
+    words = in_a_row(cases)
+    frames, pulses = repaired(words)
+    expected = [word for pair in frames for word in fused_words(*as_bytes(pair), dut.config)]
 
     async def script(ctx, send_words, given):
+        ctx.set(dut.clear, 1)   # an error is seen for one clock
         await send_words(words)
 
-    given, errors = run_script(Matcher(config), script, len(expected), stall=0.2)
+    given, errors = run_script(dut, script, len(expected), stall=0.2)
     assert given == expected
-    assert any(errors)
+    assert sum(errors) == pulses >= len(cases)
 
 
-@pytest.mark.parametrize("cut", [1, 40, 75, 130, 200, 279])
+# Slow: cuts between those.
+@pytest.mark.parametrize("cut", [1, 130, 279, *(pytest.param(cut, marks=pytest.mark.slow) for cut in (40, 75, 200))])
 def test_reset_in_mid_frame(cut):
     """Nothing of the frame before a reset is output; the next one is bit-exact."""
     config = config_of(6, 40)

@@ -11,18 +11,18 @@ from golden.pictures.scenes import discriminates, scene
 from hdl.matcher.matcher import Matcher
 from sim.kit.cases import comparable, noise, pixel_words
 from sim.kit.streams import run_stream
+from tests.kit import by_turns
 
 from .matcher_runs import after_reset, golden_words, run_script
-from .ragged import MAX_WIDTH, RAGGED, repaired
+from .ragged import MAX_WIDTH, RAGGED, in_a_row, repaired
 
 
 def config_of(labels, max_width, fraction_bits=OnePass.fraction_bits, **settings):
     return MatcherConfig(labels, max_width, engine=Engine.STREAMING, method=OnePass(Arithmetic.LINEAR, fraction_bits), **settings)
 
 
-# Slow: 26 labels; a bench on Verilog has 39.
-@pytest.mark.parametrize("stall", [0.0, 0.3])
-@pytest.mark.parametrize("labels, fraction_bits, width, height, max_width", [
+# Slow: 26 labels; benches on Verilog have 16, and by `make slow` 39.
+@pytest.mark.parametrize("labels, fraction_bits, width, height, max_width, stall", by_turns([
     (2, 0, 1, 1, 1),
     (2, 4, 5, 3, 5),
     (3, 3, 11, 4, 16),
@@ -33,7 +33,7 @@ def config_of(labels, max_width, fraction_bits=OnePass.fraction_bits, **settings
     (13, 2, 40, 1, 64),     # one line
     (6, 3, 17, 4, 17),
     pytest.param(26, 3, 70, 4, 70, marks=pytest.mark.slow),    # the top label reads its costs long after label 0
-])
+], (0.0, 0.3)))
 def test_matches_golden(labels, fraction_bits, width, height, max_width, stall):
     """A scene, and noise of other sizes before and after it, in a row; where it is wide enough all labels win."""
     config = config_of(labels, max_width, fraction_bits=fraction_bits)
@@ -48,8 +48,8 @@ def test_matches_golden(labels, fraction_bits, width, height, max_width, stall):
 
 def test_long_stalls():
     """Everything fills up, then runs dry; nothing is lost."""
-    config = config_of(13, 30)
-    pairs = [scene(30, 4, 13, seed=6)[:2], noise(30, 3, seed=7)]
+    config = config_of(6, 20)
+    pairs = [scene(20, 4, 6, seed=6)[:2], noise(20, 3, seed=7)]
     out = run_stream(Matcher(config), [word for pair in pairs for word in pixel_words(*pair)], rng=np.random.default_rng(2), stall_o=0.95)
     assert [comparable(word) for word in out] == [word for pair in pairs for word in golden_words(*pair, config)]
 
@@ -69,24 +69,24 @@ def test_one_pixel_a_clock(labels, width):
     assert latency.max() <= 2 * width + dut.latency_clocks
 
 
-@pytest.mark.parametrize("case", RAGGED)
-def test_ragged(case):
-    """``error`` is raised; frames around the ragged one are bit-exact, and that one is output rectangular, bit-exact with golden."""
-    config = config_of(3, MAX_WIDTH)
-    before, after = noise(5, 3, 20), noise(5, 4, 21)
-    words = [*pixel_words(*before), *RAGGED[case][0], *pixel_words(*after)]
-    frames, _ = repaired(words)
-    expected = [word for pair in frames for word in golden_words(*pair, config)]
+def test_ragged():
+    """Each ``error`` is raised; frames around a ragged one are bit-exact, and that one is output rectangular, bit-exact with golden."""
+    dut = Matcher(config_of(3, MAX_WIDTH))
+    words = in_a_row()
+    frames, pulses = repaired(words)
+    expected = [word for pair in frames for word in golden_words(*pair, dut.config)]
 
     async def script(ctx, send_words, given):
+        ctx.set(dut.clear, 1)   # an error is seen for one clock
         await send_words(words)
 
-    given, errors = run_script(Matcher(config), script, len(expected), stall=0.2)
+    given, errors = run_script(dut, script, len(expected), stall=0.2)
     assert given == expected
-    assert any(errors)
+    assert sum(errors) == pulses >= len(RAGGED)
 
 
-@pytest.mark.parametrize("cut", [1, 40, 75, 100, 119])
+# Slow: cuts between those.
+@pytest.mark.parametrize("cut", [1, 75, 119, *(pytest.param(cut, marks=pytest.mark.slow) for cut in (40, 100))])
 def test_reset_in_mid_frame(cut):
     """Nothing of the frame before a reset is output; the next one is bit-exact."""
     config = config_of(6, 40)
@@ -97,7 +97,7 @@ def test_reset_in_mid_frame(cut):
 
 # Slow: more labels, of which 6 show the same.
 @pytest.mark.parametrize("config", [
-    config_of(6, 40), config_of(13, 8), MatcherConfig(labels=6, max_width=40), MatcherConfig(labels=26, max_width=5),
+    config_of(6, 40), config_of(13, 8), MatcherConfig(labels=6, max_width=20), MatcherConfig(labels=26, max_width=5),
     *(pytest.param(config, marks=pytest.mark.slow)
       for config in (config_of(13, 90), config_of(26, 60), MatcherConfig(labels=26, max_width=60))),
 ], ids=lambda config: f"{config.engine}-{config.labels}-{config.max_width}")

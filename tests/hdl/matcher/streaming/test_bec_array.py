@@ -9,6 +9,7 @@ from hdl.matcher.streaming.bec_array import BecArray
 from hdl.matcher.streaming.labels import LabelMemory, groups_of
 from sim.kit.cases import noise
 from sim.kit.clocked import run_clocked
+from tests.kit import by_turns
 
 
 NAMES = ("minus", "line", "plus")
@@ -34,10 +35,9 @@ def waves_of(left, right, in_use, rng, stall, begin=0):
             yield {"i": {"wave": wave, "store": int(done), "pixel": pixel, "pixel_valid": int(done)}}, (y, x - 1) if done else None
 
 
-@pytest.mark.parametrize("stall", [0.0, 0.4])
-@pytest.mark.parametrize("labels, width, height", [
+@pytest.mark.parametrize("labels, width, height, stall", by_turns([
     (2, 1, 1), (2, 6, 3), (3, 9, 2), (4, 5, 3), (5, 12, 3), (13, 30, 2), (13, 4, 3), (18, 40, 2), (33, 70, 1),
-])
+], (0.0, 0.4)))
 def test_matches_golden(labels, width, height, stall):
     # The second picture may not use all labels.
     configs = [MatcherConfig(labels=labels, in_use=in_use, method=OnePass(Arithmetic.LINEAR)) for in_use in (None, labels - labels // 3)]

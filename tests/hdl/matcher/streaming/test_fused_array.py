@@ -16,6 +16,7 @@ from hdl.matcher.streaming.labels import Queued
 from hdl.matcher.streaming.waves import WaveSource
 from sim.kit.cases import engine_words, noise
 from sim.kit.streams import send
+from tests.kit import by_turns
 
 
 def config_of(labels, width, minimum=0, **fused):
@@ -96,9 +97,8 @@ def run(dut, pictures, configs, stall):
     return queued, right, sums, sizes
 
 
-# Slow: 33 labels, with parameters that 9 labels have too; a bench on Verilog has 39.
-@pytest.mark.parametrize("stall", [0.0, 0.3])
-@pytest.mark.parametrize("labels, width, height, fused", [
+# Slow: 33 labels, with parameters that 9 labels have too; benches on Verilog have 16, and by `make slow` 39.
+@pytest.mark.parametrize("labels, width, height, fused, stall", by_turns([
     (2, 1, 1, {}), (2, 6, 3, {"reach": 0}), (3, 40, 2, {}), (5, 12, 3, {"reach": 31, "arm_threshold": 90}),
     (13, 30, 2, {"census_rows": 3, "census_columns": 3, "census_weight": 127}), (13, 4, 3, {}),
     (18, 40, 2, {"cost_factor": 7, "truncation": 200, "cost_outside": 77, "census_weight": 0}),
@@ -110,7 +110,7 @@ def run(dut, pictures, configs, stall):
     *((*size, {"vertical_lines": 1, "cost_shift": 6, "truncation": 60, "cost_outside": 12, **fused}) for *size, fused in [
         (2, 1, 1, {}), (5, 1, 4, {"vertical_threshold": 255}), (13, 30, 4, {"vertical_threshold": 40}), (6, 20, 1, {"reach": 1}),
         (13, 4, 3, {"census_rows": 1})]),
-])
+], (0.0, 0.3)))
 def test_matches_golden(labels, width, height, fused, stall):
     """A scene, then noise with another least disparity, not all labels in use; then a line of noise whose first right pixels count."""
     configs = [config_of(labels, width, **fused),
