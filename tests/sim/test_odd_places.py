@@ -52,7 +52,9 @@ def works(simulator, source, folder, value=5):
     assert seconds > 0 and run(simulator, "top", folder, "sim.benches.constant_tb", env={"A": value}) == 1
 
 
-@pytest.mark.parametrize("simulator, name", [*(("icarus", name) for name in NAMES), *((each, ALL) for each in SIMULATORS)])
+# Slow: Verilator, which the test of other benches' environment compiles in such folders, too.
+@pytest.mark.parametrize("simulator, name", [*(("icarus", name) for name in (*NAMES, ALL)),
+                                             pytest.param("verilator", ALL, marks=pytest.mark.slow)])
 def test_names_of_folders(source, tmp_path, monkeypatch, simulator, name):
     """Of the temporary folder, of sources, of the model, of the store."""
     installed(simulator)
@@ -90,13 +92,19 @@ def test_verilator_and_cocotb_in_an_odd_place(source, tmp_path, monkeypatch):
 
 @pytest.mark.parametrize("simulator", SIMULATORS)
 def test_environment_of_other_benches(source, tmp_path, monkeypatch, simulator):
+    """With the folders of the first test."""
     installed(simulator)
+    place = tmp_path / ALL
+    place.mkdir()
+    monkeypatch.setattr(tempfile, "tempdir", str(place))
     for name, value in FOREIGN.items():
         monkeypatch.setenv(name, value)
     before = dict(os.environ)
-    works(simulator, source, tmp_path / "model", 7)
+    source = source.rename(place / f"{ALL}.v")
+    works(simulator, source, place / "model", 7)
     lint(simulator, [source], "top")
     assert dict(os.environ) == before
+    assert not [path for path in place.iterdir() if path.name.startswith("build-")]
 
 
 def test_what_simulators_need_of_the_environment(monkeypatch):

@@ -89,9 +89,10 @@ if __name__ == "__main__":
 """
 
 
-@pytest.mark.parametrize("number, told", [(signal.SIGINT, "interrupted"), (signal.SIGHUP, "ended by SIGHUP"),
-                                          (signal.SIGTERM, "ended by SIGTERM")])
-@pytest.mark.parametrize("to_all", [True, False])
+# Slow: SIGHUP to one process, as SIGTERM is sent.
+@pytest.mark.parametrize("to_all, number, told", [
+    (True, signal.SIGINT, "interrupted"), (False, signal.SIGINT, "interrupted"), (True, signal.SIGHUP, "ended by SIGHUP"),
+    pytest.param(False, signal.SIGHUP, "ended by SIGHUP", marks=pytest.mark.slow), (False, signal.SIGTERM, "ended by SIGTERM")])
 def test_signal(tmp_path, number, told, to_all):
     """To all processes, as a terminal sends it, or to the first alone: one line, at once, and no process is left."""
     (tmp_path / "slow.py").write_text(SLOW)
@@ -102,7 +103,7 @@ def test_signal(tmp_path, number, told, to_all):
     end = time.monotonic() + 60
     while not all(note.exists() for note in notes) and time.monotonic() < end:
         time.sleep(0.05)
-    if to_all and number != signal.SIGTERM:     # which ends the others themselves
+    if to_all:  # but for SIGTERM, which ends the others themselves
         os.killpg(process.pid, number)
     else:
         process.send_signal(number)

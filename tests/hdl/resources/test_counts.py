@@ -357,7 +357,8 @@ def blocks_of(config):
     return count(map_cyclone3(Matcher(config), "matcher")).blocks
 
 
-@pytest.mark.parametrize("name", CONFIGS)
+# Slow: the blocks of fused-2, of other widths and without the vertical support.
+@pytest.mark.parametrize("name", [pytest.param(name, marks=pytest.mark.slow if name == "streaming fused" else []) for name in CONFIGS])
 def test_counts(name):
     assert blocks_of(CONFIGS[name]) == {block: Resources(*figures) for block, figures in COUNTS[name].items()}
 

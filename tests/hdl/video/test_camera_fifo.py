@@ -9,6 +9,7 @@ from hdl.video.bt656 import CameraInput
 from hdl.video.crossing import ClockWatch
 from sim.models.camera import STOPPED, Camera
 from tests.hdl.video.camera_runs import SMALL, TINY, WIDE, pictures, run_camera
+from tests.kit import by_turns
 
 
 PIXELS = TINY.width * TINY.height
@@ -141,8 +142,7 @@ ACTIVE = [place for line in (TINY.before_top, TINY.before_top + 1, TINY.before_t
           for place in (line * TINY.line_bytes + 20, line * TINY.line_bytes + 17)]
 
 
-@pytest.mark.parametrize("stall", [0, 0.3])
-@pytest.mark.parametrize("place", [*ACTIVE, 5 * TINY.line_bytes])
+@pytest.mark.parametrize("place, stall", by_turns([(place,) for place in (*ACTIVE, 5 * TINY.line_bytes)], (0, 0.3)))
 def test_clock_stops(place, stall):
     """Long: the frame is dropped while the clock stands, and once; short: nothing happens."""
     data, expected = film(3)

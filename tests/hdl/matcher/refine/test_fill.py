@@ -37,8 +37,10 @@ def check(config, sizes, *, seed=1, stall_i=0.0, stall_o=0.0, shares=(0.0, 0.1, 
 STALLS = [(0.0, 0.0), (0.4, 0.0), (0.0, 0.4), (0.3, 0.3), (0.0, 0.9)]
 
 
-@pytest.mark.parametrize("stall_i, stall_o", STALLS)
-@pytest.mark.parametrize("max_width", [1, 2, 40])
+# Slow: with one width and stall what is seen with the others, by turns.
+@pytest.mark.parametrize("max_width, stall_i, stall_o", [
+    pytest.param(width, *stalls, marks=pytest.mark.slow if (n + number) % 2 else [])
+    for n, width in enumerate((1, 2, 40)) for number, stalls in enumerate(STALLS)])
 def test_matches_golden(max_width, stall_i, stall_o):
     """Frames of all sizes in a row, among them the widest."""
     rng = np.random.default_rng(2)

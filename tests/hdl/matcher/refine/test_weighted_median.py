@@ -54,7 +54,9 @@ def check(config, sizes, *, seed=1, stall_i=0.0, stall_o=0.0):
     assert [comparable(word) for word in given] == expected
 
 
-@pytest.mark.parametrize("stall_i, stall_o", [(0.0, 0.0), (0.4, 0.0), (0.0, 0.4), (0.3, 0.3)])
+# Slow: one stall at a time, where the last has both.
+@pytest.mark.parametrize("stall_i, stall_o", [
+    (0.0, 0.0), *(pytest.param(*stalls, marks=pytest.mark.slow) for stalls in ((0.4, 0.0), (0.0, 0.4))), (0.3, 0.3)])
 def test_matches_golden(stall_i, stall_o):
     """Frames of all sizes in a row, the narrowest behind the widest."""
     check(config_of(), [(1, 1), (20, 4), (1, 8), (20, 1), (13, 9), (2, 3), (7, 7)], stall_i=stall_i, stall_o=stall_o)
