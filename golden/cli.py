@@ -20,7 +20,7 @@ __all__ = ["Parser", "add_gateware_options", "add_method_options", "add_minimum_
 
 
 # Parameters that have options of their own; a method without one refuses it.
-NUMBERS = ("sub_pixel", "fraction_bits", "census_threshold", *Weights._fields)
+NUMBERS = ("sub_pixel", "fraction_bits", "census_threshold", "soft_multipliers", *Weights._fields)
 
 
 class Parser(argparse.ArgumentParser):
@@ -173,7 +173,7 @@ def _check_owners(options: argparse.Namespace) -> None:
            for name in NUMBERS},
     }
     for name, methods in owners.items():
-        value = getattr(options, name)
+        value = getattr(options, name, None)    # some options are the gateware's only
         if value is not None and options.method not in methods:
             option = name.replace("_", "-")
             raise belongs(f"--no-{option}" if value is False else f"--{option}" if value is True else f"--{option} {value}", methods)
@@ -198,7 +198,7 @@ def method_config(options: argparse.Namespace, disparities: int, arithmetic: Ari
     """
     _check_owners(options)
     method = read_parameters(options.parameters, options.method) if options.parameters else default_parameters(options.method)
-    values = {name: value for name in NUMBERS if (value := getattr(options, name)) is not None}
+    values = {name: value for name in NUMBERS if (value := getattr(options, name, None)) is not None}
     if "arithmetic" in parameters_of(method):
         values["arithmetic"] = options.arithmetic or arithmetic
     elif options.arithmetic not in (None, method.arithmetic):
@@ -220,6 +220,8 @@ def add_gateware_options(parser: argparse.ArgumentParser) -> None:
         "a pixel a cycle, in linear arithmetic; or the thesis's, for its method only (default: streaming, unless --arithmetic thesis)"))
     add_minimum_option(parser)
     add_method_options(parser, thesis="linear, with --engine sequential thesis")
+    parser.add_argument("--soft-multipliers", action="store_const", const=True, help=(
+        "the means of the method recursive are multiplied in logic (default: in the multipliers of the device)"))
 
 
 def gateware_config(options: argparse.Namespace, disparities: int, max_width: int = MatcherConfig.max_width) -> MatcherConfig:

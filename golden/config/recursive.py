@@ -178,12 +178,15 @@ class Recursive:
     arms : GradedArms
     propagation : Propagation
     refinement : WeightedRefinement
+    soft_multipliers : bool
+        Whether the gateware multiplies by reciprocals in logic; else in multipliers of the device.
     """
     cost: RecursiveCost = RecursiveCost()
     line_below: LineBelow = LineBelow()
     arms: GradedArms = GradedArms()
     propagation: Propagation = Propagation()
     refinement: WeightedRefinement = WeightedRefinement()
+    soft_multipliers: bool = False
 
     name: ClassVar[str] = "recursive"
     ABOUT: ClassVar[str] = "costs carried from line to line and averaged over a support, disparities refined with the grey levels"
@@ -209,8 +212,8 @@ class Recursive:
 
     @property
     def engines(self) -> tuple[Engine, ...]:
-        """The streaming engine; none with costs from below or sub-pixel disparities, which have no gateware."""
-        return () if self.propagation.from_below or self.refinement.sub_pixel else (Engine.STREAMING,)
+        """The streaming engine; none with sub-pixel disparities, which have no gateware."""
+        return () if self.refinement.sub_pixel else (Engine.STREAMING,)
 
     @property
     def matching_cost(self) -> MatchingCost:
@@ -230,7 +233,7 @@ class Recursive:
     @property
     def census_above(self) -> bool:
         """Whether the pixel two lines above comes with a census."""
-        return False
+        return self.propagation.from_below
 
     @property
     def own_max(self) -> int:

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from ..cli import Parser
-from ..config import METHODS, Fused, MatcherConfig
+from ..config import METHODS, RECURSIVE_2, Fused, MatcherConfig
 from ..errors import run_cli
 from ..files import atomic, check_output
 from ..pages import digest, origin
@@ -24,7 +24,7 @@ from .protocol import (
     encode_reply,
     encode_request,
 )
-from .registers import COUNT_MAX, Kind, RegisterMap, register_map
+from .registers import COUNT_MAX, Kind, Register, RegisterMap, register_map
 
 
 __all__ = ["main", "page"]
@@ -102,14 +102,32 @@ _SECTIONS = {
 }
 
 
+def _further(registers: RegisterMap) -> list[str]:
+    """Settings that other methods have, with the parameters that have them."""
+    methods = {f"`{name}`": method() for name, method in METHODS.items()} | {"`recursive`, *recursive-2*": RECURSIVE_2}
+    lines, seen = [], {register.name for register in registers}
+    for about, method in methods.items():
+        for register in register_map(MatcherConfig(method=method)).of(Kind.SETTING):
+            if register.name not in seen:
+                lines.append(f"{_row(register)} {about} |")
+                seen.add(register.name)
+    return ["", "### Settings of other methods", "", "| address | name | bits | values | reset | unit | meaning | method |",
+            "|---|---|---:|---|---:|---|---|---|", *lines] if lines else []
+
+
+def _row(register: Register) -> str:
+    """A register as a row of its table."""
+    return (f"| `0x{register.address:02X}` | `{register.name}` | {register.width} | {register.limits} | {register.reset} "
+            f"| {register.unit or '-'} | {register.description} |")
+
+
 def page(registers: RegisterMap) -> str:
     """The page of the map and of the protocol, in Markdown."""
     lines = ["## Protocol", "", *_protocol()]
     for kind, (title, about) in _SECTIONS.items():
         lines += ["", f"## {title}", "", _paragraph(about), "",
                   "| address | name | bits | values | reset | unit | meaning |", "|---|---|---:|---|---:|---|---|"]
-        lines += [f"| `0x{register.address:02X}` | `{register.name}` | {register.width} | {register.limits} | {register.reset} "
-                  f"| {register.unit or '-'} | {register.description} |" for register in registers.of(kind)]
+        lines += [*map(_row, registers.of(kind)), *(_further(registers) if kind is Kind.SETTING else [])]
     for register in registers:
         if register.words and len(register.words) > 1 and not all(word in register.limits for word in register.words.values()):
             lines += ["", f"### Values of `{register.name}`", "", "| value | meaning |", "|---:|---|"]

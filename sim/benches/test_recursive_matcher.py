@@ -1,6 +1,5 @@
 """The whole matcher with the method recursive: emitted Verilog on text pictures, bit-exact with the golden model."""
 
-
 import numpy as np
 import pytest
 
@@ -15,15 +14,26 @@ def config(disparities, max_width, *, minimum=0, **parameters):
 
 
 WIDE = {"near_threshold": 40, "far_threshold": 30, "step_threshold": 50, "reach": 31}  # arms of many lengths in scenes
+WIDE_SETTINGS = {name: value for name, value in WIDE.items() if name != "reach"}
 NARROW = {"near_threshold": 2, "far_threshold": 9, "step_threshold": 255}
 # A matcher, the sizes of consecutive frames, one of which has its longest line, and the settings of a last run. Few, as each build takes
-# fifteen seconds or more.
+# fifteen seconds or more. With costs from below there is all that there is without, and more.
 CASES = [
-    (config(20, 90, minimum=-9, fill=False, own_share=7, lower_share=0, spread_step=1, spread_jump=127, gate_floor=127, above_share=15),
-     [(90, 8), (5, 3)], {"fill": 1, "above_share": 1, "minimum": -4}),
+    (config(20, 90, minimum=-9, from_below=True, fill=False, own_share=7, spread_step=1, spread_jump=127, gate_floor=127, above_share=15),
+     [(90, 8), (5, 3)], {"fill": 1, "above_share": 1, "below_share": 15, "minimum": -4}),
 ]
 # Slow: what a case above combines, one at a time; more labels and longer lines; windows and arms of other sizes.
 MORE = [
+    (config(20, 90, minimum=-9, fill=False, own_share=7, lower_share=0, spread_step=1, spread_jump=127, gate_floor=127, above_share=15),
+     [(90, 8), (5, 3)], {"fill": 1, "above_share": 1, "minimum": -4}),
+    (config(2, 5, from_below=True, reach=2, fan=3), [(5, 3), (1, 1), (2, 2), (5, 1)], {"check": 0}),
+    (config(13, 50, from_below=True, census_rows=7, census_columns=9, census_weight=25, far_step=1, **WIDE),
+     [(50, 9), (16, 2), (17, 2), (1, 1)], {"minimum": 255, "below_share": 0}),
+    (config(39, 240, from_below=True), [(240, 33), (1, 1), (37, 11), (160, 3)],
+     {"in_use": 20, "census_threshold": 7, "near_threshold": 60, "far_threshold": 70, "step_threshold": 80, "above_share": 0}),
+    (config(6, 1, from_below=True, census_rows=1, census_columns=1, reach=0), [(1, 9), (1, 1)], {"median": 0}),
+    (config(37, 99, from_below=True, soft_multipliers=True, lower_threshold=0, fan=31, **NARROW), [(99, 8), (5, 3)], WIDE_SETTINGS),
+    (config(128, 530, from_below=True), [(530, 7), (5, 3), (257, 2)], {"minimum": 40}),
     (config(9, 44, check=False, fill=False, median=False, minimum=3, census_threshold=2), [(44, 9), (5, 3), (31, 4)],
      {"check": 1, "fill": 1, "median": 1, "minimum": 0, "census_threshold": 0}),
     (config(2, 5, reach=2, fan=3), [(5, 3), (1, 1), (2, 2), (5, 1)], {"check": 0}),
@@ -44,6 +54,8 @@ MORE = [
 ]
 SMALL = [
     (config(5, 20, fan=3), [(18, 4), (1, 1), (20, 2)], {"check": 0}),
+    pytest.param("icarus", config(9, 24, from_below=True, reach=5, fan=3), [(24, 7), (1, 1), (20, 2)], {"below_share": 15},
+                 marks=pytest.mark.slow),
     pytest.param("icarus", config(13, 40), [(37, 11), (1, 1), (40, 2)], {"census_threshold": 2}, marks=pytest.mark.slow),
 ]
 

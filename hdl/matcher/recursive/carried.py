@@ -8,17 +8,12 @@ from amaranth.lib.wiring import In, Out
 from golden.config import PIXEL_BITS, MatcherConfig, Propagation, Recursive
 
 from ...parts.delay import NO_COLLISION, Delay, data_register
+from ...parts.line_memory import LineMemory
 from .source import Step
+from .spread import Limits, SpreadGroup
 
 
-__all__ = ["CarriedGroup", "CarriedSource", "Limits", "Taps"]
-
-
-class Limits(data.StructLayout):
-    """For a column of the line above: its least cost, and the greatest that is carried, ``least + spread_jump``."""
-    def __init__(self, config: MatcherConfig):
-        method = config.method_as(Recursive)
-        super().__init__({"least": range(method.data_max + 1), "limit": range(method.data_max + method.propagation.spread_jump + 1)})
+__all__ = ["CarriedGroup", "CarriedSource", "Taps"]
 
 
 class Taps(data.StructLayout):
@@ -39,7 +34,8 @@ class Taps(data.StructLayout):
 class CarriedSource(wiring.Component):
     """Addresses, limits and gates for the costs from the line above; golden: :func:`golden.matcher.recursive.neighbours.from_above`.
 
-    Timing: ``address`` in the cycle of ``i``, ``limits`` 3 cycles after it, ``place`` 5, ``taps`` :attr:`TAPS` cycles after it.
+    Timing: ``address`` in the cycle of ``i``, ``limits`` :attr:`CarriedGroup.LIMITS` cycles after it, ``place`` :attr:`CarriedGroup.PLACE`,
+    ``taps`` :attr:`CarriedGroup.TAPS`.
 
     Memory: ``max_width`` grey levels and least costs; a ring of ``fan`` pairs of grey levels.
 
@@ -53,15 +49,13 @@ class CarriedSource(wiring.Component):
     place : Out(range(fan))
     taps : Out(Taps(config))
     """
-    TAPS = 7
-
     def __init__(self, config: MatcherConfig):
         self.config = config
         method = config.method_as(Recursive)
         super().__init__({
             "i": In(Step(config)), "write": In(1), "column": In(range(config.max_width)), "least": In(range(method.data_max + 1)),
-            "address": Out(range(config.max_width)), "limits": Out(Limits(config)), "place": Out(range(method.propagation.fan)),
-            "taps": Out(Taps(config)),
+            "address": Out(range(config.max_width)), "limits": Out(Limits(config, method.data_max)),
+            "place": Out(range(method.propagation.fan)), "taps": Out(Taps(config)),
         })
 
     def elaborate(self, platform: object) -> Module:
@@ -72,22 +66,24 @@ class CarriedSource(wiring.Component):
         fan = propagation.fan
         m.d.comb += self.address.eq(step.ahead)
 
-        # The least costs, and a register behind the memory.
+        # The least costs, and registers behind the memory.
         m.submodules.leasts = leasts = Memory(shape=self.least.shape(), depth=config.max_width, init=[], attrs=NO_COLLISION)
         read, write = leasts.read_port(), leasts.write_port()
         m.d.comb += [
             read.addr.eq(step.ahead), read.en.eq(1),
             write.addr.eq(self.column), write.data.eq(self.least), write.en.eq(self.write),
         ]
-        least  = Signal.like(self.least, reset_less=True)
+        least, later = (Signal.like(self.least, name=name, reset_less=True) for name in ("least", "least_later"))
         limits = data_register(m, self.limits)
-        m.d.sync += [least.eq(read.data), limits.least.eq(least), limits.limit.eq(least + propagation.spread_jump)]
+        m.d.sync += [
+            least.eq(read.data), later.eq(least), limits.least.eq(later), limits.limit.eq(later + propagation.spread_jump),
+        ]
 
         # The place in the rings.
         place = Signal(range(fan))
         with m.If(step.advance):
             m.d.sync += place.eq(Mux(place == fan - 1, 0, place + 1))
-        m.submodules.place = place_later = Delay(place.shape(), 5)
+        m.submodules.place = place_later = Delay(place.shape(), CarriedGroup.PLACE)
         m.d.comb += [place_later.i.eq(place), self.place.eq(place_later.o)]
 
         # Grey levels of the line above: a completed pixel's is kept after the last read of its column.
@@ -138,13 +134,13 @@ class CarriedSource(wiring.Component):
             ]
         of_step = ("advance", "opens", "edge", "has_above")
         control = data.StructLayout({"place": place.shape(), **dict.fromkeys(of_step, 1)})
-        m.submodules.control = control_later = Delay(control, self.TAPS)
+        m.submodules.control = control_later = Delay(control, CarriedGroup.TAPS)
         m.d.comb += [
             control_later.i.place.eq(place), *(control_later.i[name].eq(step[name]) for name in of_step),
             *(self.taps[name].eq(control_later.o[name]) for name in ("place", *of_step)),
         ]
         for name, value in gates.items():
-            m.submodules[f"gate_{name}"] = gate_later = Delay(value.shape(), self.TAPS - 5)
+            m.submodules[f"gate_{name}"] = gate_later = Delay(value.shape(), CarriedGroup.TAPS - 5)
             m.d.comb += [gate_later.i.eq(value), self.taps[name].eq(gate_later.o)]
         return m
 
@@ -156,8 +152,8 @@ class CarriedGroup(wiring.Component):
 
     Width: exact.
 
-    Timing, from ``address``: ``lower_o`` and ``upper_o`` 2 cycles; ``lower_i``, of the group below, which is a cycle earlier, is due after
-    1, ``upper_i`` and ``limits`` after 3, ``place`` after 5, ``taps`` after 7; ``above`` :attr:`ABOVE` cycles after it.
+    Timing, from ``address``: ``lower_o`` and ``upper_o`` 3 cycles; ``lower_i``, of the group below, which is a cycle earlier, is due after
+    2, ``upper_i`` and ``limits`` after 4, ``place`` after 6, ``taps`` after 8; ``above`` :attr:`ABOVE` cycles after it.
 
     Memory: ``max_width`` costs a label; a ring of ``fan`` pairs of carried costs a label.
 
@@ -173,7 +169,10 @@ class CarriedGroup(wiring.Component):
     above : Out(ArrayLayout(range(carried_max + 1), n))
         ``t``.
     """
-    ABOVE = 10
+    LIMITS = LineMemory.LATENCY + 1
+    PLACE = LineMemory.LATENCY + SpreadGroup.LATENCY - 1
+    TAPS = PLACE + 2
+    ABOVE = TAPS + 3
 
     def __init__(self, config: MatcherConfig, labels: range):
         self.config = config
@@ -181,8 +180,8 @@ class CarriedGroup(wiring.Component):
         method = config.method_as(Recursive)
         cost = range(method.data_max + 1)
         super().__init__({
-            "address": In(range(config.max_width)), "limits": In(Limits(config)), "place": In(range(method.propagation.fan)),
-            "taps": In(Taps(config)),
+            "address": In(range(config.max_width)), "limits": In(Limits(config, method.data_max)),
+            "place": In(range(method.propagation.fan)), "taps": In(Taps(config)),
             "write": In(1), "column": In(range(config.max_width)), "cost": In(data.ArrayLayout(cost, len(labels))),
             "lower_i": In(cost), "lower_o": Out(cost), "upper_i": In(cost), "upper_o": Out(cost),
             "above": Out(data.ArrayLayout(range(method.carried_max + 1), len(labels))),
@@ -194,43 +193,15 @@ class CarriedGroup(wiring.Component):
         method = config.method_as(Recursive)
         propagation: Propagation = method.propagation
         carried = data.ArrayLayout(range(method.carried_max + 1), len(self.labels))
-        m.submodules.line = line = Memory(shape=self.cost.shape(), depth=config.max_width, init=[], attrs=NO_COLLISION)
-        read, write = line.read_port(), line.write_port()
+        m.submodules.line = line = LineMemory(self.cost.shape(), config.max_width)
+        m.submodules.spread = spread = SpreadGroup(config, self.labels, method.data_max)
         m.d.comb += [
-            read.addr.eq(self.address), read.en.eq(1), write.addr.eq(self.column), write.data.eq(self.cost), write.en.eq(self.write),
+            line.address.eq(self.address), line.column.eq(self.column), line.i.eq(self.cost), line.write.eq(self.write),
+            spread.cost.eq(line.o), spread.limits.eq(self.limits), spread.lower_i.eq(self.lower_i), spread.upper_i.eq(self.upper_i),
+            self.lower_o.eq(spread.lower_o), self.upper_o.eq(spread.upper_o),
         ]
 
-        # 2: a register behind the memory. 3: in step with the group above.
-        near  = Signal(self.cost.shape(), reset_less=True)
-        costs = Signal(self.cost.shape(), reset_less=True)
-        early = Signal.like(self.lower_i, reset_less=True)      # of the group below, which is a cycle earlier
-        lower = Signal.like(self.lower_i, reset_less=True)
-        m.d.sync += [near.eq(read.data), costs.eq(near), early.eq(self.lower_i), lower.eq(early)]
-        m.d.comb += [self.lower_o.eq(near[len(self.labels) - 1]), self.upper_o.eq(near[0])]
-
-        # 4 to 6: the least of four, less the least of all labels.
-        least = [self.limits.least]
-        for stage in (4, 5):
-            later = Signal.like(least[-1], name=f"least_{stage}", reset_less=True)
-            m.d.sync += later.eq(least[-1])
-            least.append(later)
-        spread = Signal(carried, reset_less=True)
-        for n, label in enumerate(self.labels):
-            neighbours = []
-            if label > 0:
-                neighbours.append(costs[n - 1] if n else lower)
-            if label + 1 < config.labels:
-                neighbours.append(costs[n + 1] if n + 1 < len(self.labels) else self.upper_i)
-            beside = neighbours[0] if len(neighbours) == 1 else Mux(neighbours[0] < neighbours[1], *neighbours)
-            own, other = (Signal(range(method.data_max + propagation.spread_jump + propagation.spread_step + 1), name=f"{name}_{n}",
-                                 reset_less=True) for name in ("own", "other"))
-            smaller = Signal.like(own, name=f"smaller_{n}", reset_less=True)
-            m.d.sync += [
-                own.eq(Mux(costs[n] < self.limits.limit, costs[n], self.limits.limit)), other.eq(beside + propagation.spread_step),
-                smaller.eq(Mux(own < other, own, other)), spread[n].eq(smaller - least[2]),
-            ]
-
-        # 7: the taps.
+        # 8: the taps.
         pair = data.StructLayout({"right": carried, "centre": carried})
         m.submodules.ring = ring = Memory(shape=pair, depth=propagation.fan, init=[])
         ring_read, ring_write = ring.read_port(), ring.write_port()
@@ -238,7 +209,7 @@ class CarriedGroup(wiring.Component):
         before  = Signal(pair, reset_less=True)
         opening = Signal(carried, reset_less=True)
         centre, taps = before.right, self.taps
-        m.d.sync += [right.eq(spread), before.eq(ring_read.data)]
+        m.d.sync += [right.eq(spread.o), before.eq(ring_read.data)]
         m.d.comb += [
             ring_read.addr.eq(self.place), ring_read.en.eq(1),
             ring_write.addr.eq(taps.place), ring_write.data.right.eq(right), ring_write.data.centre.eq(centre),
@@ -247,7 +218,7 @@ class CarriedGroup(wiring.Component):
         with m.If(taps.opens):
             m.d.sync += opening.eq(centre)
 
-        # 8 to 10: gates, and the sum of four. What the memories hold before a picture's first line is complete may be undefined: the sum is
+        # 9 to 11: gates, and the sum of four. What the memories hold before a picture's first line is complete may be undefined: the sum is
         # cleared, as no gate would make that known.
         has_above = Signal(2)
         m.d.sync += has_above.eq(Cat(taps.has_above, has_above))

@@ -1,6 +1,6 @@
 """The engine of the method ``recursive``: array of costs, labels, check, output queue."""
 
-from typing import ClassVar
+from typing import Any
 
 from amaranth import *
 from amaranth.lib import data, stream, wiring
@@ -14,38 +14,50 @@ from ...parts.queue import Queue
 from ..lines import LineStore
 from ..settings import setting_shape
 from ..stream import FLAGS, CensusWord, LabelWord, Least, copy_flags
-from ..streaming.labels import TREE, groups_of
 from ..streaming.right_view import LeftRightCheck, RightWave
 from ..streaming.support import StepDelay
 from ..streaming.waves import Wave
 from .carried import CarriedSource
-from .group import Final, LineBelowWave, RecursiveGroup
-from .source import RecursiveSource, Step
-from .support import SupportedPixel, Supports
+from .from_below import FromBelowGroup, FromBelowSource, LowerFinal, OwnSlot
+from .group import TREE, Final, RecursiveGroup, beside_costs, recursive_groups
+from .line_below import LineBelowWave
+from .mean import MeanGroup
+from .source import Entry, RecursiveSource, Step
+from .support import LowerPixel, SupportedPixel, Supports
 
 
 __all__ = ["RecursiveArray", "RecursiveEngine"]
 
 
-# Pixels in flight beyond those in the pipelines: in the registers of the source's decision and of the queue.
-MARGIN = 12
+# Pixels in flight beyond those in the pipelines: in the registers of the source's decision, of the delay of a step and of the queue.
+MARGIN = 14
 
-# Settings that the array samples at a frame's start.
-_SAMPLED = ("near_threshold", "far_threshold", "step_threshold", "above_share")
+# Settings that the engine samples for the array at a frame's start.
+_SAMPLED = ("near_threshold", "far_threshold", "step_threshold", "above_share", "below_share")
+
+
+def sampled_settings(config: MatcherConfig) -> list[str]:
+    """Settings of the array; the share of the costs from below is one if there are any."""
+    return [name for name in _SAMPLED if name in config.settings]
 
 
 class RecursiveArray(wiring.Component):
-    """Costs ``A`` of all labels, laid out along the labels, a group of four working a cycle after the group below it; never stalls.
+    """Costs ``A`` of all labels, laid out along the labels, a group working a cycle after the group below it; never stalls.
 
     Golden: :func:`golden.matcher.recursive.method.recursion`, :func:`golden.matcher.refine.right_view`.
+
+    With costs from below the means of a line over supports are there before that of the line above is completed: a step completes its
+    pixel :meth:`steps_behind` steps later.
 
     Timing: ``label`` with its ``pixel`` :meth:`latency_of` cycles after the step that completes the last pixel of the support.
 
     Members
     -------
-    wave : In(Wave(config, CensusWord(config))), step : In(Step(config))
+    wave : In(Wave(config, CensusWord(config))), entry : In(Entry(config)), step : In(Step(config))
         Of :class:`hdl.matcher.recursive.source.RecursiveSource`.
-    near_threshold, far_threshold, step_threshold, above_share : In
+    completes : Out(1)
+        A pixel is completed; its label will follow.
+    near_threshold, far_threshold, step_threshold, above_share, and below_share with costs from below : In
         Constant from a frame's first step on.
     label : Out(range(D)), pixel : Out(SupportedPixel(config))
     right : Out(range(D)), right_valid : Out(1)
@@ -53,29 +65,39 @@ class RecursiveArray(wiring.Component):
     """
     def __init__(self, config: MatcherConfig):
         self.config = config
+        self.from_below = config.method_as(Recursive).propagation.from_below
         self.source = CarriedSource(config)
         label = range(config.labels)
         super().__init__({
-            "wave": In(Wave(config, CensusWord(config))), "step": In(Step(config)),
-            **{name: In(setting_shape(config.settings[name])) for name in _SAMPLED},
+            "wave": In(Wave(config, CensusWord(config))), "entry": In(Entry(config)), "step": In(Step(config)), "completes": Out(1),
+            **{name: In(setting_shape(config.settings[name])) for name in sampled_settings(config)},
             "label": Out(label), "pixel": Out(SupportedPixel(config)), "right": Out(label), "right_valid": Out(1),
         })
 
     @staticmethod
     def latency_of(config: MatcherConfig) -> int:
         """Cycles from a step to the label of the pixel whose support it completes."""
-        return RecursiveGroup.SUMS + 1 + RecursiveGroup.TOTAL + TREE + len(groups_of(config))
+        return RecursiveGroup.SUMS + 1 + RecursiveGroup.total_of(config) + TREE + len(recursive_groups(config))
+
+    @staticmethod
+    def steps_behind(config: MatcherConfig) -> int:
+        """Steps from one to the completion of its pixel: until the mean of the pixel below it, and the least of all labels, are there."""
+        method = config.method_as(Recursive)
+        if not method.propagation.from_below:
+            return 0
+        # Steps that complete no pixel, at a line's start: the one before it, those of the fan, the first column's.
+        support = Supports.lag_of(config) + method.propagation.fan + 2
+        return support + RecursiveGroup.LOWER_SUMS + 1 + MeanGroup.latency_of(config) + TREE + len(recursive_groups(config))
 
     def elaborate(self, platform: object) -> Module:
         m = Module()
-        config, step = self.config, self.step
+        config, entry = self.config, self.entry
         method = config.method_as(Recursive)
+        top = len(recursive_groups(config))
+        step = self._step(m)
         m.submodules.carried = carried = self.source
-        m.submodules.supports = supports = Supports(config, RecursiveGroup.SUMS)
-        m.d.comb += [
-            carried.i.eq(step), supports.i.eq(step), supports.near.eq(self.near_threshold), supports.far.eq(self.far_threshold),
-            supports.smooth.eq(self.step_threshold),
-        ]
+        m.submodules.supports = supports = Supports(config, RecursiveGroup.SUMS, Step(config), SupportedPixel(config))
+        m.d.comb += [carried.i.eq(step), self.completes.eq(step.completion.in_picture), *self._support(supports, step)]
 
         def later(name: str, value: Value, cycles: int, clean: bool = False) -> Value:
             m.submodules[name] = delay = Delay(value.shape(), cycles, clean=clean)
@@ -86,7 +108,7 @@ class RecursiveArray(wiring.Component):
         final = Signal(Final(config))
         pixel = supports.pixel
         m.d.comb += [
-            below.column.eq(step.column), below.write.eq(step.write), below.below.eq(step.below),
+            *(below[name].eq(entry[name]) for name in below.shape().members),
             final.column.eq(pixel.column), final.write.eq(pixel.in_picture), final.completion.complete.eq(pixel.step),
             final.completion.starts_line.eq(pixel.starts_line), final.completion.in_picture.eq(pixel.in_picture),
         ]
@@ -96,37 +118,80 @@ class RecursiveArray(wiring.Component):
                 final.completion.complete.eq(pixel.step & ~leads), final.completion.leads.eq(leads),
                 final.completion.closes.eq(pixel.closes), final.completion.in_picture.eq(pixel.in_picture | leads),
             ]
+        total = RecursiveGroup.total_of(config)
         inputs = {
             "below": later("below", below, RecursiveGroup.BELOW, clean=True), "address": carried.address, "limits": carried.limits,
             "place": carried.place, "taps": carried.taps, "share": later("share", self.above_share, RecursiveGroup.SHARE),
-            "sums": supports.sums, "mean": supports.mean, "final": later("final", final, RecursiveGroup.TOTAL, clean=True),
+            "sums": supports.sums, "ends": supports.mean, "final": later("final", final, total, clean=True),
         }
+        lower = None
+        if self.from_below:
+            m.submodules.lower_supports = lower_supports = Supports(config, RecursiveGroup.LOWER_SUMS, Entry(config), LowerPixel(config))
+            m.submodules.from_below = lower = FromBelowSource(config)
+            kept, slot = Signal(LowerFinal(config)), Signal(OwnSlot(config))
+            m.d.comb += [
+                *self._support(lower_supports, entry), lower.i.eq(step), kept.write.eq(lower_supports.pixel.in_picture),
+                kept.slot.eq(lower_supports.pixel.slot), slot.tick.eq(entry.tick), slot.slot.eq(entry.slot),
+            ]
+            kept_later = later("kept", kept, MeanGroup.latency_of(config), clean=True)
+            m.d.comb += lower.write.eq(later("kept_top", kept_later, TREE + top, clean=True))
+            inputs |= {
+                "lower_sums": lower_supports.sums, "lower_ends": lower_supports.mean, "lower_final": kept_later,
+                "own_write": later("own_write", slot, RecursiveGroup.LOWER_SUMS, clean=True),
+                "lower_address": lower.address, "lower_limits": lower.limits, "lower_gate": lower.gate, "own_address": lower.own_address,
+                "lower_share": later("lower_share", self.below_share, RecursiveGroup.LOWER_ADDRESS + FromBelowGroup.OWN),
+            }
         wave = later("wave", self.wave, RecursiveGroup.WAVE, clean=True)
         # Nothing enters the lowest group from below.
-        right, least = Signal(RightWave(config)), Signal(Least(method.data_max.bit_length(), config.labels))
+        inputs |= {"right": Signal(RightWave(config)), "least": Signal(Least(method.data_max.bit_length(), config.labels))}
+        if self.from_below:
+            inputs["lower_least"] = Signal(Least(method.own_max.bit_length(), config.labels))
         before = None
-        for labels in groups_of(config):
+        for labels in recursive_groups(config):
             m.submodules[f"group_{labels[0]}"] = group = RecursiveGroup(config, labels)
-            m.d.comb += [group.i.eq(wave), group.right_i.eq(right), group.least_i.eq(least)]
-            m.d.comb += [getattr(group, f"{name}_i").eq(value) for name, value in inputs.items()]
+            m.d.comb += [group.i.eq(wave), *(getattr(group, f"{name}_i").eq(value) for name, value in inputs.items())]
             if before is not None:
-                m.d.comb += [group.lower_i.eq(before.lower_o), before.upper_i.eq(group.upper_o)]
+                for name in beside_costs(config):
+                    m.d.comb += [
+                        getattr(group, f"{name}lower_i").eq(getattr(before, f"{name}lower_o")),
+                        getattr(before, f"{name}upper_i").eq(getattr(group, f"{name}upper_o")),
+                    ]
             inputs = {name: getattr(group, f"{name}_o") for name in inputs}
-            wave, right, least, before = group.o, group.right_o, group.least_o, group
+            wave, before = group.o, group
+        if lower is not None:
+            m.d.comb += lower.least.eq(~group.lower_least_o.value)
 
         # The label of a right pixel is final once it has passed the top label: `right` as the next pixel advances.
         completed = Signal()
-        completion = group.final_i.completion
+        completion, right, least = group.final_i.completion, group.right_o, group.least_o
         m.d.sync += completed.eq(completion.complete | completion.leads if config.lead else completion.complete)
         m.d.comb += [self.right.eq(right.least.index), self.right_valid.eq(completed & right.in_picture)]
 
         # The label, with its pixel; the least cost, for the next line.
-        pixel = later("pixel", pixel, RecursiveGroup.TOTAL + TREE + len(groups_of(config)), clean=True)
+        pixel = later("pixel", pixel, total + TREE + top, clean=True)
         m.d.comb += [
             self.label.eq(least.index), self.pixel.eq(pixel),
             carried.write.eq(pixel.in_picture), carried.column.eq(pixel.column), carried.least.eq(~least.value),
         ]
         return m
+
+    def _step(self, m: Module) -> data.View:
+        """The step whose pixel is completed now."""
+        if not self.from_below:
+            return self.step
+        m.submodules.behind = behind = StepDelay(Step(self.config), self.steps_behind(self.config))
+        ticked = Signal(StepDelay.LATENCY)
+        step = Signal(Step(self.config))
+        m.d.sync += ticked.eq(Cat(self.entry.tick, ticked))
+        m.d.comb += [behind.i.eq(self.step), behind.step.eq(self.entry.tick), step.eq(behind.o)]
+        with m.If(~ticked[-1]):
+            m.d.comb += [step.advance.eq(0), step.opens.eq(0), step.completion.eq(0)]
+        return step
+
+    def _support(self, supports: Supports, word: data.View) -> list[Any]:
+        """The arms of the supports of the pixels of these words."""
+        return [supports.i.eq(word), supports.near.eq(self.near_threshold), supports.far.eq(self.far_threshold),
+                supports.smooth.eq(self.step_threshold)]
 
 
 class Checked(data.StructLayout):
@@ -152,25 +217,25 @@ class RecursiveEngine(wiring.Component):
     Members
     -------
     i : In(stream.Signature(CensusWord(config)))
-        With the line below the picture, see :class:`hdl.matcher.lines.LineStore`.
+        With one line below the picture, or two with costs from below, see :class:`hdl.matcher.lines.LineStore`.
     o : Out(stream.Signature(LabelWord(config)))
-    in_use, near_threshold, far_threshold, step_threshold, above_share, minimum, check
+    in_use, near_threshold, far_threshold, step_threshold, above_share, below_share with costs from below, minimum, check
         Settings; sampled as the first column of a frame is accepted.
     """
     clocks_per_pixel = 1
     padding_clocks = 2  # cycles of padding in a line
     rows = 3
-    lines_below = 1
-    settings: ClassVar = ("in_use", *_SAMPLED, "minimum", "check")
 
     def __init__(self, config: MatcherConfig):
         self.config = config
         method = config.method_as(Recursive)
         if not method.engines:
-            raise ValueError("costs from below and sub-pixel disparities have no gateware; leave out from_below and sub_pixel")
+            raise ValueError("sub-pixel disparities of the method recursive have no gateware; leave out sub_pixel")
         self.lag = Supports.lag_of(config)
+        self.lines_below = 1 + method.propagation.from_below
+        self.settings = ("in_use", *sampled_settings(config), "minimum", "check")
         # What a label needs: its support, the right picture's labels, and the pipelines.
-        flush = self.lag + method.propagation.fan + max(config.labels, self._pipeline) + 4
+        flush = RecursiveArray.steps_behind(config) + self.lag + method.propagation.fan + max(config.labels, self._pipeline) + 4
         self.source = RecursiveSource(config, flush)
         self.array = RecursiveArray(config)
         self.checker = LeftRightCheck(config, config.labels + config.lead + 8)
@@ -199,11 +264,13 @@ class RecursiveEngine(wiring.Component):
     @property
     def latency(self) -> int:
         """Cycles from the issue of the last pixel that a label depends on to the label at ``o``, if nothing stalls."""
-        return 1 + self._pipeline + LeftRightCheck.LATENCY + 2 + StreamRegister.LATENCY
+        behind = StepDelay.LATENCY if self.lines_below > 1 else 0
+        return 1 + behind + self._pipeline + LeftRightCheck.LATENCY + 2 + StreamRegister.LATENCY
 
     def latency_clocks(self, lines: int, line_clocks: int) -> int:
         """Bound of a label's latency beyond ``lines`` lines of a pixel a cycle, in cycles, behind a line store."""
-        return LineStore.PLUS_DEPTH + self.latency + self.lag + self.config.labels + (lines + 2) * line_clocks
+        steps = RecursiveArray.steps_behind(self.config) + self.lag + self.config.labels
+        return LineStore.PLUS_DEPTH + self.latency + steps + (lines + 2) * line_clocks
 
     def frame_clocks(self, width: int, height: int, lines_above: int, line_clocks: int) -> int:
         """Cycles from one frame's first label to the next one's, if pixels are offered and labels taken without a pause.
@@ -226,12 +293,14 @@ class RecursiveEngine(wiring.Component):
         m.submodules.array = array = self.array
         m.submodules.check = check = self.checker
         wiring.connect(m, wiring.flipped(self.i), source.i)
-        m.d.comb += [source.in_use.eq(self.in_use), source.minimum.eq(self.minimum), array.wave.eq(source.wave), array.step.eq(source.o)]
-        held = Signal(data.StructLayout({name: setting_shape(config.settings[name]) for name in (*_SAMPLED, "minimum", "check")}),
+        m.d.comb += [source.in_use.eq(self.in_use), source.minimum.eq(self.minimum), array.wave.eq(source.wave),
+                     array.entry.eq(source.entry), array.step.eq(source.o)]
+        sampled = sampled_settings(config)
+        held = Signal(data.StructLayout({name: setting_shape(config.settings[name]) for name in (*sampled, "minimum", "check")}),
                       reset_less=True)
         with m.If(source.starts_frame):
-            m.d.sync += [held[name].eq(getattr(self, name)) for name in (*_SAMPLED, "minimum", "check")]
-        m.d.comb += [getattr(array, name).eq(held[name]) for name in _SAMPLED]
+            m.d.sync += [held[name].eq(getattr(self, name)) for name in (*sampled, "minimum", "check")]
+        m.d.comb += [getattr(array, name).eq(held[name]) for name in sampled]
 
         # The labels wait for those of the right picture.
         pixel = array.pixel
@@ -273,6 +342,6 @@ class RecursiveEngine(wiring.Component):
         # Room for all in flight, decided a cycle ahead.
         in_flight = Signal(range(self.queue_depth + 2))
         accepted = queue.o.valid & queue.o.ready
-        completes = source.o.completion.in_picture
+        completes = array.completes
         m.d.sync += [in_flight.eq(in_flight + completes - accepted), source.go.eq(in_flight + completes < self.queue_depth - 3)]
         return m

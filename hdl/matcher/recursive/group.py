@@ -1,23 +1,41 @@
 """Costs of a few neighbouring labels in the same cycle, from the columns of both pictures to ``A``."""
 
 from amaranth import *
+from amaranth.hdl import ShapeLike
 from amaranth.lib import data, wiring
 from amaranth.lib.memory import Memory
 from amaranth.lib.wiring import In, Out
 
-from golden.config import GradedArms, MatcherConfig, Propagation, Recursive
+from golden.config import MatcherConfig, Propagation, Recursive
 
 from ...parts.delay import NO_COLLISION, Delay, data_register
 from ..stream import CensusWord, Least
 from ..streaming.fused_array import FusedCell
-from ..streaming.labels import least_of, seen_along
+from ..streaming.labels import groups_of, least_of, seen_along, tree_of
 from ..streaming.right_view import RightCell, RightWave
 from ..streaming.waves import Completion, Wave
-from .carried import CarriedGroup, Limits, Taps
-from .support import Mean, Summand, Supports
+from .carried import CarriedGroup, Taps
+from .from_below import FromBelowGroup, FromBelowSource, LowerFinal, LowerGate, OwnSlot
+from .line_below import LineBelowGroup, LineBelowWave
+from .mean import MeanGroup
+from .source import SLOTS
+from .spread import Limits
+from .support import Mean, Summand, Supports, share_of
 
 
-__all__ = ["Final", "LineBelowGroup", "LineBelowWave", "RecursiveGroup"]
+__all__ = ["LABELS_PER_GROUP", "TREE", "Final", "RecursiveGroup", "recursive_groups"]
+
+
+#: Labels that work in the same cycle: twice as many as in the other arrays, because the words of the rings then fill memory blocks better.
+LABELS_PER_GROUP = 8
+
+#: Levels of a group's tree.
+TREE = tree_of(LABELS_PER_GROUP)
+
+
+def recursive_groups(config: MatcherConfig) -> list[range]:
+    """The labels of each group."""
+    return groups_of(config, LABELS_PER_GROUP)
 
 
 class Final(data.StructLayout):
@@ -26,65 +44,28 @@ class Final(data.StructLayout):
         super().__init__({"completion": Completion(config), "column": range(config.max_width), "write": 1})
 
 
-class LineBelowWave(data.StructLayout):
-    """``column`` of a pixel whose cost is kept if ``write``; ``below``: it joins that of the pixel above it."""
-    def __init__(self, config: MatcherConfig):
-        super().__init__({"column": range(config.max_width), "write": 1, "below": 1})
+def passed_words(config: MatcherConfig) -> dict[str, ShapeLike]:
+    """Words that are passed from group to group, by name."""
+    method = config.method_as(Recursive)
+    share, slot = range(Propagation.SHARE_MAX + 1), range(SLOTS)
+    words: dict[str, ShapeLike] = {
+        "below": LineBelowWave(config), "address": range(config.max_width), "limits": Limits(config, method.data_max),
+        "place": range(method.propagation.fan), "taps": Taps(config), "share": share, "sums": Summand(config), "ends": Mean(config),
+        "final": Final(config),
+    }
+    if method.propagation.from_below:
+        words |= {
+            "lower_sums": Summand(config), "lower_ends": Mean(config), "lower_final": LowerFinal(config), "own_write": OwnSlot(config),
+            "lower_address": slot, "lower_limits": Limits(config, method.own_max), "lower_gate": LowerGate(config), "own_address": slot,
+            "lower_share": share,
+        }
+    return words
 
 
-class LineBelowGroup(wiring.Component):
-    """Joins the costs of a line with those of the line below; golden: :func:`golden.matcher.recursive.line_below.line_below`.
-
-    As the cost of a pixel arrives, that of the pixel above it is joined. The memory holds the costs of the line above.
-
-    Width: exact.
-
-    Timing: ``own`` :attr:`LATENCY` cycles after ``cost`` and ``i``. A column is read no sooner than three cycles after it was read before.
-
-    Memory: ``max_width`` costs a label.
-
-    Members
-    -------
-    i : In(LineBelowWave(config))
-    cost : In(ArrayLayout(range(cost_max + 1), n))
-    own : Out(ArrayLayout(range(own_max + 1), n))
-        ``V``.
-    """
-    LATENCY = 4
-
-    def __init__(self, config: MatcherConfig, labels: range):
-        self.config = config
-        self.labels = labels
-        method = config.method_as(Recursive)
-        super().__init__({
-            "i": In(LineBelowWave(config)), "cost": In(data.ArrayLayout(range(method.cost_max + 1), len(labels))),
-            "own": Out(data.ArrayLayout(range(method.own_max + 1), len(labels))),
-        })
-
-    def elaborate(self, platform: object) -> Module:
-        m = Module()
-        method = self.config.method_as(Recursive)
-        shares = method.line_below
-        costs = self.cost.shape()
-        m.submodules.memory = memory = Memory(shape=costs, depth=self.config.max_width, init=[], attrs=NO_COLLISION)
-        read, write = memory.read_port(), memory.write_port()
-        above = Signal(costs, reset_less=True)
-        m.submodules.wave = wave = Delay(self.i.shape(), 2, clean=True)
-        m.submodules.here = here = Delay(costs, 2)
-        m.d.comb += [
-            read.addr.eq(self.i.column), read.en.eq(1), wave.i.eq(self.i), here.i.eq(self.cost),
-            write.addr.eq(wave.o.column), write.en.eq(wave.o.write), write.data.eq(here.o),
-        ]
-        m.d.sync += above.eq(read.data)
-        own = data_register(m, self.own)
-        for n in range(len(self.labels)):
-            centre, lower = (Signal(range(max(share, 1) * method.cost_max + 1), name=f"{name}_{n}", reset_less=True)
-                             for name, share in (("centre", shares.own_share), ("lower", shares.lower_share)))
-            m.d.sync += [
-                centre.eq(above[n] * shares.own_share), lower.eq(Mux(wave.o.below, here.o[n], above[n]) * shares.lower_share),
-                own[n].eq(centre + lower),
-            ]
-        return m
+def beside_costs(config: MatcherConfig) -> dict[str, range]:
+    """Costs of neighbouring labels that are passed between groups, by name."""
+    method = config.method_as(Recursive)
+    return {"": range(method.data_max + 1), **({"mean_": range(method.own_max + 1)} if method.propagation.from_below else {})}
 
 
 class RecursiveGroup(wiring.Component):
@@ -92,69 +73,71 @@ class RecursiveGroup(wiring.Component):
 
     Golden: :func:`golden.matcher.recursive.method.recursion`.
 
-    Width: exact; a running sum is kept modulo the power of two above the greatest sum of a support.
+    Width: exact.
 
-    Timing, in cycles after a step at the group: the wave is due after :attr:`WAVE`, ``below`` after :attr:`BELOW`, ``limits``, ``place``
-    and ``taps`` as :class:`hdl.matcher.recursive.carried.CarriedGroup` states, ``share`` after :attr:`SHARE`, ``sums`` after :attr:`SUMS`.
-    ``mean`` is due a cycle after the sums of the last pixel of the support; :attr:`TOTAL` cycles after it ``write``, ``column`` and
-    ``completion``, with the costs; ``least_i`` :data:`hdl.matcher.streaming.labels.TREE` cycles after those, ``least_o`` one more. Every
-    ``_o`` is due at the group above, a cycle later.
+    Timing, in cycles after a step at the group: the wave is due after :attr:`WAVE`, ``below`` after :attr:`BELOW`, ``address``, ``limits``,
+    ``place`` and ``taps`` as :class:`hdl.matcher.recursive.carried.CarriedGroup` states, ``share`` after :attr:`SHARE`, ``sums`` after
+    :attr:`SUMS`. ``ends`` is due a cycle after the sums of the last pixel of the support; :meth:`total_of` cycles after it ``final``, with
+    the costs; ``least_i`` :data:`TREE` cycles after those, ``least_o`` one more. Every ``_o`` is due at the group above, a cycle later.
 
-    Memory: those of :class:`LineBelowGroup` and :class:`hdl.matcher.recursive.carried.CarriedGroup`; two rings of running sums, one of
-    shares of the costs from above.
+    With costs from below: ``lower_sums`` and ``own_write`` are due after :attr:`LOWER_SUMS`, ``lower_address``, ``lower_limits``,
+    ``lower_gate``, ``own_address`` and ``lower_share`` as :class:`hdl.matcher.recursive.from_below.FromBelowGroup` states, ``lower_ends``
+    as ``ends``; ``lower_final`` is due with the means, ``lower_least_i`` and ``lower_least_o`` after those as ``least_i`` and ``least_o``.
+
+    Memory: those of :class:`LineBelowGroup`, :class:`CarriedGroup`, :class:`MeanGroup` and :class:`FromBelowGroup`; a ring of shares of
+    the costs from above.
 
     Members
     -------
     i, o : Wave(config, CensusWord(config))
-    below_i, below_o : LineBelowWave(config)
-    address_i, address_o, limits_i, limits_o, place_i, place_o, taps_i, taps_o
-        As of :class:`hdl.matcher.recursive.carried.CarriedGroup`.
-    share_i, share_o : range(16)
-        Eighths of the costs from above.
-    sums_i, sums_o : Summand(config)
-    mean_i, mean_o : Mean(config)
-    final_i, final_o : Final(config)
+    below_i, address_i, limits_i, place_i, taps_i, share_i, sums_i, ends_i, final_i, and each with _o
+        Of :func:`passed_words`; ``share``: eighths of the costs from above.
     lower_i, lower_o, upper_i, upper_o : range(data_max + 1)
-        As of :class:`hdl.matcher.recursive.carried.CarriedGroup`.
+        As of :class:`hdl.matcher.recursive.spread.SpreadGroup`. With costs from below, the same of the means: ``mean_lower_i`` and so on.
     right_i, right_o : RightWave(config)
     least_i, least_o : Least(data_bits, D)
-        Complement of the least cost; the smaller label on a tie.
+        Complement of the least cost; the smaller label on a tie. With costs from below ``lower_least_i`` and ``lower_least_o`` of means.
     costs : Out(ArrayLayout(range(data_max + 1), n))
         ``A``, in step with ``final_i``.
     """
-    # `V` and the share of the costs from above meet two cycles after these are there.
+    # The costs of two lines, with the share of those from below, and the share of the costs from above meet two cycles after these are
+    # there.
     SHARE = CarriedGroup.ABOVE
-    SUMS = CarriedGroup.ABOVE + 3
-    BELOW = SUMS - 1 - LineBelowGroup.LATENCY
+    SUMS = SHARE + 3
+    LOWER_SUMS = SUMS - 1
+    BELOW = LOWER_SUMS - LineBelowGroup.LATENCY
     WAVE = BELOW - FusedCell.LATENCY
-    TOTAL = 7
+    LOWER_ADDRESS = LOWER_SUMS - FromBelowGroup.LATENCY
 
     def __init__(self, config: MatcherConfig, labels: range):
         self.config = config
         self.labels = labels
         method = config.method_as(Recursive)
-        passed = {
-            "below": LineBelowWave(config), "address": range(config.max_width), "limits": Limits(config),
-            "place": range(method.propagation.fan), "taps": Taps(config), "share": range(Propagation.SHARE_MAX + 1),
-            "sums": Summand(config), "mean": Mean(config), "final": Final(config),
-        }
         wave, cost = Wave(config, CensusWord(config)), range(method.data_max + 1)
-        least = Least(method.data_max.bit_length(), config.labels)
+        leasts = {"least": Least(method.data_max.bit_length(), config.labels)}
+        if method.propagation.from_below:
+            leasts["lower_least"] = Least(method.own_max.bit_length(), config.labels)
+        passed = passed_words(config) | leasts | {"right": RightWave(config)}
         super().__init__({
             "i": In(wave), "o": Out(wave),
             **{f"{name}_i": In(shape) for name, shape in passed.items()}, **{f"{name}_o": Out(shape) for name, shape in passed.items()},
-            "lower_i": In(cost), "lower_o": Out(cost), "upper_i": In(cost), "upper_o": Out(cost),
-            "right_i": In(RightWave(config)), "right_o": Out(RightWave(config)), "least_i": In(least), "least_o": Out(least),
+            **{f"{name}{side}_i": In(shape) for name, shape in beside_costs(config).items() for side in ("lower", "upper")},
+            **{f"{name}{side}_o": Out(shape) for name, shape in beside_costs(config).items() for side in ("lower", "upper")},
             "costs": Out(data.ArrayLayout(cost, len(labels))),
         })
-        self._passed = tuple(passed)
+
+    @staticmethod
+    def total_of(config: MatcherConfig) -> int:
+        """Cycles from the ends of a support to the costs."""
+        return MeanGroup.latency_of(config) + 1
 
     def elaborate(self, platform: object) -> Module:
         m = Module()
         config = self.config
         method = config.method_as(Recursive)
+        from_below = method.propagation.from_below
         count = len(self.labels)
-        for name in self._passed:
+        for name in passed_words(config):
             here, onward = getattr(self, f"{name}_i"), getattr(self, f"{name}_o")
             later = Signal.like(here, name=f"{name}_later")     # with a reset: there are control bits among them
             m.d.sync += later.eq(here)
@@ -174,6 +157,7 @@ class RecursiveGroup(wiring.Component):
                 cell.right.eq(seen["right"]), cell.right_census.eq(seen["right_census"]), cell.inside.eq(inside),
                 cell.valid1.eq(valid[1]), cell.valid4.eq(valid[4]), cell.valid6.eq(valid[6]), below.cost[n].eq(cell.cost),
             ]
+        own = self._add_from_below(m, below) if from_below else below.own
 
         # Those from the line above.
         m.submodules.carried = carried = CarriedGroup(config, self.labels)
@@ -183,62 +167,31 @@ class RecursiveGroup(wiring.Component):
             self.lower_o.eq(carried.lower_o), self.upper_o.eq(carried.upper_o),
         ]
 
-        # Their share, and the sum with a pixel's own.
-        bits = Propagation.SHARE_BITS
-        joined, extra = [], []
+        # Their share, and the mean of the sum with a pixel's own over its support.
+        bits, joined_max = Propagation.SHARE_BITS, method.joined_max
+        m.submodules.mean = mean = MeanGroup(config, self.labels, joined_max)
+        extra = []
         for n in range(count):
             above = carried.above[n]
-            low, high = (Signal(range(3 * method.carried_max + 1), name=f"{name}_{n}", reset_less=True) for name in ("low", "high"))
-            share = Signal(range((Propagation.SHARE_MAX * method.carried_max >> bits) + 1), name=f"share_{n}", reset_less=True)
-            join  = Signal(range(method.joined_max + 1), name=f"joined_{n}", reset_less=True)
-            m.d.sync += [
-                low.eq(Mux(self.share_i[0], above, 0) + Mux(self.share_i[1], above << 1, 0)),
-                high.eq(Mux(self.share_i[2], above, 0) + Mux(self.share_i[3], above << 1, 0)),
-                share.eq((low + (high << 2)) >> bits), join.eq(below.own[n] + share),
-            ]
-            joined.append(join)
-            m.submodules[f"extra_{n}"] = eighth = Delay(range((method.carried_max >> bits) + 1), 3)
+            joined = Signal(range(joined_max + 1), name=f"joined_{n}", reset_less=True)
+            m.d.sync += joined.eq(own[n] + share_of(m, f"above_{n}", above, self.share_i, method.carried_max))
+            m.d.comb += mean.cost[n].eq(joined)
+            m.submodules[f"extra_{n}"] = eighth = Delay(range((method.carried_max >> bits) + 1), self.SUMS - self.SHARE)
             m.d.comb += eighth.i.eq(above >> bits)
             extra.append(eighth.o)
+        m.d.comb += [mean.sums.eq(self.sums_i), mean.ends.eq(self.ends_i)]
 
-        # Running sums, each written before its pixel's cost is added.
-        total_max = method.arms.support_max * method.joined_max
-        sums = Signal(data.ArrayLayout(total_max.bit_length(), count), reset_less=True)
-        with m.If(self.sums_i.enter):
-            m.d.sync += [total.eq(Mux(self.sums_i.clear, 0, total + cost)) for total, cost in zip(sums, joined)]
-        ends = {}
-        for name in ("low", "high"):
-            m.submodules[f"ring_{name}"] = ring = Memory(shape=sums.shape(), depth=Supports.ring_of(config), init=[], attrs=NO_COLLISION)
-            write, read = ring.write_port(), ring.read_port()
-            m.d.comb += [
-                write.addr.eq(self.sums_i.place), write.data.eq(sums), write.en.eq(self.sums_i.enter),
-                read.addr.eq(self.mean_i[name]), read.en.eq(1),
-            ]
-            ends[name] = Signal(sums.shape(), name=f"sum_{name}", reset_less=True)
-            m.d.sync += ends[name].eq(read.data)
+        # An eighth of them is added to the mean.
         eighths = data.ArrayLayout((method.carried_max >> bits).bit_length(), count)
         m.submodules.eighths = kept = Memory(shape=eighths, depth=Supports.ring_of(config), init=[], attrs=NO_COLLISION)
         write, read = kept.write_port(), kept.read_port()
+        m.submodules.share_later = share_later = Delay(eighths, MeanGroup.latency_of(config) - 1)
         m.d.comb += [
             write.addr.eq(self.sums_i.place), write.data.eq(Cat(extra)), write.en.eq(self.sums_i.enter),
-            read.addr.eq(self.mean_i.centre), read.en.eq(1),
+            read.addr.eq(self.ends_i.centre), read.en.eq(1), share_later.i.eq(read.data),
         ]
-
-        # 3: the sum of the support. 4 to 6: its mean, through the registers of a multiplier. 7: `A`.
-        m.submodules.reciprocal = reciprocal = Delay(self.mean_i.reciprocal.shape(), 3)
-        m.submodules.share_later = share_later = Delay(eighths, 5)
-        m.d.comb += [reciprocal.i.eq(self.mean_i.reciprocal), share_later.i.eq(read.data)]
         costs = data_register(m, self.costs)
-        for n in range(count):
-            total   = Signal(range(total_max + 1), name=f"total_{n}", reset_less=True)
-            factor  = Signal.like(total, name=f"factor_{n}", reset_less=True)
-            other   = Signal(self.mean_i.reciprocal.shape(), name=f"other_{n}", reset_less=True)
-            product = Signal(len(total) + len(other), name=f"product_{n}", reset_less=True)
-            mean    = Signal(range(method.joined_max + 1), name=f"mean_{n}", reset_less=True)
-            m.d.sync += [
-                total.eq(ends["high"][n] - ends["low"][n]), factor.eq(total), other.eq(reciprocal.o), product.eq(factor * other),
-                mean.eq(product >> GradedArms.RECIPROCAL_BITS), costs[n].eq(mean + share_later.o[n]),
-            ]
+        m.d.sync += [costs[n].eq(mean.o[n] + share_later.o[n]) for n in range(count)]
         m.d.comb += [
             carried.write.eq(self.final_i.write), carried.column.eq(self.final_i.column), carried.cost.eq(self.costs),
         ]
@@ -251,5 +204,24 @@ class RecursiveGroup(wiring.Component):
             right = cell.o
         # To the group above, a cycle later: the state of the top label before this wave.
         m.d.sync += self.right_o.eq(right)
-        least_of(m, [~cost for cost in self.costs], self.labels[0], self.least_i, self.least_o)
+        least_of(m, [~cost for cost in self.costs], self.labels[0], self.least_i, self.least_o, LABELS_PER_GROUP)
         return m
+
+    def _add_from_below(self, m: Module, below: LineBelowGroup) -> data.View:
+        """Means of the line below; a pixel's own costs with their share."""
+        config = self.config
+        m.submodules.lower_mean = mean = MeanGroup(config, self.labels, config.method_as(Recursive).own_max)
+        m.submodules.from_below = group = FromBelowGroup(config, self.labels)
+        m.d.comb += [
+            mean.sums.eq(self.lower_sums_i), mean.cost.eq(below.own), mean.ends.eq(self.lower_ends_i),
+            group.write.eq(self.lower_final_i), group.mean.eq(mean.o), group.own_write.eq(self.own_write_i), group.own.eq(below.upper_own),
+            group.address.eq(self.lower_address_i), group.limits.eq(self.lower_limits_i), group.gate.eq(self.lower_gate_i),
+            group.own_address.eq(self.own_address_i), group.share.eq(self.lower_share_i),
+            group.lower_i.eq(self.mean_lower_i), group.upper_i.eq(self.mean_upper_i),
+            self.mean_lower_o.eq(group.lower_o), self.mean_upper_o.eq(group.upper_o),
+        ]
+        least_of(m, [~value for value in mean.o], self.labels[0], self.lower_least_i, self.lower_least_o, LABELS_PER_GROUP, "lower_")
+        return group.o
+
+
+assert RecursiveGroup.LOWER_ADDRESS == FromBelowSource.ADDRESS

@@ -4,15 +4,26 @@ from amaranth import *
 from amaranth.lib import data, wiring
 from amaranth.lib.wiring import In, Out
 
-from golden.config import PIXEL_BITS, GradedArms, MatcherConfig, Recursive
+from golden.config import PIXEL_BITS, GradedArms, MatcherConfig, Propagation, Recursive
 
 from ...parts.delay import Delay
 from ..stream import FLAGS
 from ..streaming.support import StepDelay, ones
-from .source import Step
+from .source import SLOTS, Entry, Step
 
 
-__all__ = ["ArmSource", "Mean", "Summand", "SupportedPixel", "Supports"]
+__all__ = ["ArmSource", "LowerPixel", "Mean", "Summand", "SupportedPixel", "Supports", "share_of"]
+
+
+def share_of(m: Module, name: str, value: Value, share: Value, maximum: int) -> Signal:
+    """``value * share >> 3``, floor, two cycles later; ``value`` at most ``maximum``, ``share`` four bits."""
+    low, high = (Signal(range(3 * maximum + 1), name=f"{name}_{part}", reset_less=True) for part in ("low", "high"))
+    result = Signal(range((Propagation.SHARE_MAX * maximum >> Propagation.SHARE_BITS) + 1), name=f"{name}_share", reset_less=True)
+    m.d.sync += [
+        low.eq(Mux(share[0], value, 0) + Mux(share[1], value << 1, 0)), high.eq(Mux(share[2], value, 0) + Mux(share[3], value << 1, 0)),
+        result.eq((low + (high << 2)) >> Propagation.SHARE_BITS),
+    ]
+    return result
 
 
 class ArmSource(wiring.Component):
@@ -135,6 +146,12 @@ class SupportedPixel(data.StructLayout):
         })
 
 
+class LowerPixel(data.StructLayout):
+    """As :class:`SupportedPixel`, of the line below: all that is needed of it is its slot."""
+    def __init__(self, config: MatcherConfig):
+        super().__init__({"step": 1, "in_picture": 1, "slot": range(SLOTS)})
+
+
 class Supports(wiring.Component):
     """Addresses for the means over supports; golden: :func:`golden.matcher.recursive.arms.support_means`.
 
@@ -144,21 +161,29 @@ class Supports(wiring.Component):
     Timing: ``sums`` ``latency`` cycles after ``i``, ``mean`` and ``pixel`` one more, for the pixel completed ``reach + 1`` completions
     before.
 
+    Parameters
+    ----------
+    config : MatcherConfig
+    latency : int
+        Cycles.
+    word, pixel : StructLayout
+        A step and a pixel: of the line that is labelled, or of the one below.
+
     Members
     -------
-    i : In(Step(config))
+    i : In(word)
     near, far, smooth : In(PIXEL_BITS)
         As of :class:`ArmSource`.
     sums : Out(Summand(config))
     mean : Out(Mean(config))
-    pixel : Out(SupportedPixel(config))
+    pixel : Out(pixel)
     """
-    def __init__(self, config: MatcherConfig, latency: int):
+    def __init__(self, config: MatcherConfig, latency: int, word: Step | Entry, pixel: SupportedPixel | LowerPixel):
         self.config = config
         self.latency = latency
         super().__init__({
-            "i": In(Step(config)), **dict.fromkeys(("near", "far", "smooth"), In(PIXEL_BITS)),
-            "sums": Out(Summand(config)), "mean": Out(Mean(config)), "pixel": Out(SupportedPixel(config)),
+            "i": In(word), **dict.fromkeys(("near", "far", "smooth"), In(PIXEL_BITS)),
+            "sums": Out(Summand(config)), "mean": Out(Mean(config)), "pixel": Out(pixel),
         })
 
     @staticmethod
@@ -187,7 +212,8 @@ class Supports(wiring.Component):
         m.d.comb += [arms.step.eq(completion.complete), arms.starts_line.eq(completion.starts_line), arms.grey.eq(self.i.grey)]
         m.d.comb += [getattr(arms, name).eq(getattr(self, name)) for name in ("near", "far", "smooth")]
 
-        carried = {name: field.shape for name, field in SupportedPixel(config) if name not in ("step", "size")}
+        shape = self.pixel.shape()
+        carried = {name: field.shape for name, field in shape if name not in ("step", "size")}
         waiting = data.StructLayout({**carried, "place": place.shape()})
         m.submodules.waiting = wait = StepDelay(waiting, self.lag_of(config))
         m.submodules.aligned = aligned = Delay(waiting, ArmSource.LATENCY - StepDelay.LATENCY)
@@ -204,9 +230,9 @@ class Supports(wiring.Component):
 
         # The ends; a cycle later the reciprocal.
         mean  = Signal(Mean(config), reset_less=True)
-        pixel = Signal(SupportedPixel(config), reset_less=True)
+        pixel = Signal(shape, reset_less=True)
         ends  = Signal(data.StructLayout({name: place.shape() for name in ("low", "high", "centre")}), reset_less=True)
-        size  = Signal.like(pixel.size, reset_less=True)
+        size  = Signal(range(config.method_as(Recursive).arms.support_max + 1), reset_less=True)
         held  = Signal(waiting, reset_less=True)
         shown = Signal(2)   # with a reset: a pixel of a frame before it must not be passed on
         size_max = config.method_as(Recursive).arms.support_max
@@ -216,12 +242,12 @@ class Supports(wiring.Component):
             ends.centre.eq(aligned.o.place), size.eq(arms.left_arm + arms.right_arm + 1),
             held.eq(aligned.o), shown.eq(Cat(stepped[-1], shown)),
             *(mean[name].eq(ends[name]) for name in ("low", "high", "centre")), mean.reciprocal.eq(reciprocals[size]),
-            pixel.size.eq(size), *(pixel[name].eq(held[name]) for name in carried),
+            *(pixel[name].eq(held[name]) for name in carried), *([pixel.size.eq(size)] if "size" in shape.members else []),
         ]
         given = Signal.like(pixel)
         m.d.comb += [given.eq(pixel), given.step.eq(shown[1]), given.in_picture.eq(pixel.in_picture & shown[1])]
         rest = self.latency + 1 - ArmSource.LATENCY - 2
         m.submodules.mean = mean_later = Delay(Mean(config), rest)
-        m.submodules.pixel = pixel_later = Delay(SupportedPixel(config), rest, clean=True)
+        m.submodules.pixel = pixel_later = Delay(shape, rest, clean=True)
         m.d.comb += [mean_later.i.eq(mean), self.mean.eq(mean_later.o), pixel_later.i.eq(given), self.pixel.eq(pixel_later.o)]
         return m

@@ -13,25 +13,36 @@ from ...parts.delay import NO_COLLISION, Delay, data_register
 from .waves import Pixel
 
 
-__all__ = ["LABELS_PER_GROUP", "TREE", "LabelMemory", "Queued", "groups_of", "least_of", "seen_along"]
+__all__ = ["LABELS_PER_GROUP", "TREE", "LabelMemory", "Queued", "groups_of", "least_of", "seen_along", "tree_of"]
 
 
-#: Levels of a group's tree, each a register.
-TREE = 2
+#: Labels that work in the same cycle, and share a word of a line memory.
+LABELS_PER_GROUP = 4
 
 
-def least_of(m: Module, values: Sequence[Value], first: int, least_i: data.View, least_o: data.View) -> None:
+def tree_of(labels: int) -> int:
+    """Levels of the tree of a group of ``labels`` labels, each a register."""
+    return (labels - 1).bit_length()
+
+
+#: Levels of a group's tree.
+TREE = tree_of(LABELS_PER_GROUP)
+
+
+def least_of(m: Module, values: Sequence[Value], first: int, least_i: data.View, least_o: data.View,
+             labels_per_group: int = LABELS_PER_GROUP, prefix: str = "") -> None:
     """The least of a group and of those below it; all are complements, hence the greatest. The smaller label wins a tie.
 
-    ``least_i`` is due :data:`TREE` cycles after ``values``, ``least_o`` is valid a cycle later.
+    ``least_i`` is due :func:`tree_of` ``labels_per_group`` cycles after ``values``, ``least_o`` is valid a cycle later. ``prefix``: of the
+    names of signals.
     """
     # In order of labels.
     rivals = [(value, Const(0, 0)) for value in values]
-    for level in range(TREE):
+    for level in range(tree_of(labels_per_group)):
         winners = []
         for n in range(0, len(rivals), 2):
-            value = Signal.like(values[0], name=f"least_{level}_{n // 2}", reset_less=True)
-            index = Signal(level + 1, name=f"label_{level}_{n // 2}", reset_less=True)
+            value = Signal.like(values[0], name=f"{prefix}least_{level}_{n // 2}", reset_less=True)
+            index = Signal(level + 1, name=f"{prefix}label_{level}_{n // 2}", reset_less=True)
             (low, low_index), (high, high_index) = rivals[n], rivals[min(n + 1, len(rivals) - 1)]
             above = high > low
             m.d.sync += [value.eq(Mux(above, high, low)), index.eq(Mux(above, Cat(high_index, Const(1, 1)), low_index))]
@@ -48,13 +59,9 @@ def least_of(m: Module, values: Sequence[Value], first: int, least_i: data.View,
             m.d.sync += register.eq(least_i)
 
 
-#: Labels that work in the same cycle, and share a word of a line memory.
-LABELS_PER_GROUP = 4
-
-
-def groups_of(config: MatcherConfig) -> list[range]:
+def groups_of(config: MatcherConfig, labels_per_group: int = LABELS_PER_GROUP) -> list[range]:
     """The labels of each group."""
-    return [range(low, min(low + LABELS_PER_GROUP, config.labels)) for low in range(0, config.labels, LABELS_PER_GROUP)]
+    return [range(low, min(low + labels_per_group, config.labels)) for low in range(0, config.labels, labels_per_group)]
 
 
 def seen_along(m: Module, labels: range, i: data.View, o: data.View) -> Iterator[tuple[int, dict[str, Value], Value]]:

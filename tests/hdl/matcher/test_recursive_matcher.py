@@ -4,7 +4,7 @@
 import numpy as np
 import pytest
 
-from golden.config import RECURSIVE_1, RECURSIVE_2, MatcherConfig, changed
+from golden.config import RECURSIVE_1, MatcherConfig, changed
 from golden.matcher.matcher import match
 from golden.pictures.scenes import scene
 from hdl.matcher.matcher import Matcher
@@ -45,8 +45,15 @@ def words_of(pair, config):
     (config_of(6, 24, fill=False, lower_share=0, own_share=7), 24, 4, 0.0),
     (config_of(6, 50, near_threshold=40, far_threshold=30, step_threshold=50, reach=31), 50, 3, 0.3),
     (config_of(6, 50, spread_step=1, spread_jump=127, gate_floor=127, above_share=15, cost_limit=9), 50, 4, 0.0),
+    (config_of(2, 1, from_below=True, reach=2, fan=3), 1, 1, 0.3),
+    (config_of(3, 16, from_below=True, minimum=4, below_share=15), 11, 4, 0.0),
+    (config_of(10, 40, from_below=True, census_rows=3, census_columns=3), 40, 9, 0.85),   # two groups, most steps after a pause
+    (config_of(6, 60, from_below=True, near_threshold=40, far_threshold=30, step_threshold=50, reach=31), 50, 5, 0.3),
+    (config_of(6, 24, from_below=True, minimum=-5, lower_share=0, own_share=7), 24, 4, 0.0),
+    (config_of(6, 30, soft_multipliers=True), 30, 4, 0.0),
     *(pytest.param(config_of(13, 90, minimum=3), 90, 5, stall, marks=pytest.mark.slow) for stall in (0.0, 0.3)),
     *(pytest.param(config_of(26, 110), 110, 4, stall, marks=pytest.mark.slow) for stall in (0.0, 0.3)),
+    *(pytest.param(config_of(26, 250, from_below=True), 250, 4, stall, marks=pytest.mark.slow) for stall in (0.0, 0.3)),
 ], ids=lambda value: f"D{value.labels}" if isinstance(value, MatcherConfig) else str(value))
 def test_matches_golden(config, width, height, stall):
     """A scene, and noise of other sizes before and after it, in a row."""
@@ -76,6 +83,7 @@ def test_one_pixel_a_clock():
 # Slow: more labels, a wider fan and census, other heights.
 @pytest.mark.parametrize("config, height", [
     (config_of(3, 42, reach=3, fan=3, census_columns=1), 5), (config_of(6, 50, reach=3, minimum=-5), 4),
+    (config_of(3, 100, reach=3, fan=3, from_below=True), 5),
     *(pytest.param(config, height, marks=pytest.mark.slow) for config, height in (
         (config_of(3, 60, reach=3), 4), (config_of(13, 8, reach=3), 4), (config_of(3, 50, reach=3, census_rows=3, census_columns=3), 4),
         (config_of(6, 100), 14), (config_of(3, 90, fan=31, census_columns=9), 7), (config_of(20, 20), 14), (config_of(6, 60), 2),
@@ -158,10 +166,6 @@ def test_reset_in_mid_frame(cut):
     assert given == words_of((left, right), config)
 
 
-@pytest.mark.parametrize("config, message", [
-    (MatcherConfig(6, 40, method=RECURSIVE_2), "costs from below and sub-pixel disparities have no gateware"),
-    (config_of(6, 40, sub_pixel=True), "costs from below and sub-pixel disparities have no gateware"),
-])
-def test_refused(config, message):
-    with refused_components(), pytest.raises(ValueError, match=message):
-        Matcher(config)
+def test_refused():
+    with refused_components(), pytest.raises(ValueError, match="sub-pixel disparities of the method recursive have no gateware"):
+        Matcher(config_of(6, 40, sub_pixel=True))
