@@ -5,6 +5,7 @@ import sys
 from collections.abc import Sequence
 
 from . import match
+from .calibrate import command as calibrate
 from .cli import Parser
 from .errors import run_cli
 from .lab import evaluate, sparsification, tune
@@ -19,6 +20,7 @@ __all__ = ["main"]
 
 COMMANDS = {
     "match": (match.main, "disparities of a pair of pictures"),
+    "calibrate": (calibrate.main, "two cameras from pictures of a chessboard: how to rectify theirs"),
     "evaluate": (evaluate.main, "bad pixels on the Middlebury benchmark or other sets"),
     "data": (checksums.main, "whether a folder holds the Middlebury pairs"),
     "sparsification": (sparsification.main, "whether confidence ranks errors"),

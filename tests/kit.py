@@ -58,6 +58,17 @@ def training_sets():
     return load_data(folder)
 
 
+@functools.cache
+def calibration_folder():
+    """The folder in ``$STEREO_CALIBRATION``, else ../shared/data/calibration from the repository's root; skips the test without it."""
+    default = pathlib.Path(__file__).resolve().parents[2] / "shared" / "data" / "calibration"
+    folder = pathlib.Path(os.environ.get("STEREO_CALIBRATION") or default)
+    if not folder.is_dir():
+        pytest.skip(f"the folder {folder} does not exist; name one of OpenCV's pictures left01.jpg .. right14.jpg of a chessboard and "
+                    "intrinsics.yml with STEREO_CALIBRATION")
+    return folder
+
+
 @contextlib.contextmanager
 def only(name):
     """Within the block the benchmark, and its folder, has one pair; afterwards all, in the same order. Skips the test without the data."""

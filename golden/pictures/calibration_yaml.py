@@ -13,7 +13,7 @@ from ..notes import note
 from .calibration import Calibration, Matrix, from_projections
 
 
-__all__ = ["is_yaml", "read_yaml"]
+__all__ = ["is_yaml", "read_mapping", "read_yaml"]
 
 
 _METRE = 1000.0
@@ -51,7 +51,7 @@ def read_yaml(paths: Sequence[Path], texts: Sequence[str]) -> Calibration:
     Calibration
         :class:`UserError` if they are not that.
     """
-    entries = [_mapping(path, text) for path, text in zip(paths, texts)]
+    entries = [read_mapping(path, text) for path, text in zip(paths, texts)]
     if len(entries) == 1 and not _is_ros(entries[0]):
         return _opencv(paths[0], entries[0])
     for path, each in zip(paths, entries):
@@ -74,7 +74,7 @@ def read_yaml(paths: Sequence[Path], texts: Sequence[str]) -> Calibration:
     return from_projections(matrices[0], matrices[1], (names[0], names[1]), sizes[0], _METRE)
 
 
-def _mapping(path: Path, text: str) -> dict[Any, Any]:
+def read_mapping(path: Path, text: str) -> dict[Any, Any]:
     """The first document of a file."""
     if text.lstrip().startswith("<?xml"):
         raise UserError(f"{path} is XML; let OpenCV's FileStorage write it to a file with the suffix .yml")

@@ -9,11 +9,12 @@ from .maps import CELL, CELL_BITS, RectifyMap, grid
 from .rectify import sources
 
 
-__all__ = ["LINES", "check_lines", "check_rows", "first_rows", "lines_needed", "row_bounds"]
+__all__ = ["DEFAULT_LINES", "LINES", "check_lines", "check_rows", "first_rows", "lines_needed", "row_bounds"]
 
 
 #: Lines that a rectifier may be built with.
 LINES = (22, 34, 44, 56, 68)
+DEFAULT_LINES = 34
 
 Rows = NDArray[np.int64]
 

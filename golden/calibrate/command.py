@@ -1,0 +1,230 @@
+"""`python -m golden calibrate`: from pictures of a chessboard to a rig."""
+
+import argparse
+import re
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from rich.table import Table
+
+from ..cli import Parser, progress
+from ..errors import UserError, run_cli
+from ..files import atomic, check_folder, output_folder, remove_stale, write_json
+from ..notes import note
+from ..pictures.images import read_picture, write_picture
+from ..rig.files import RIG_NAME, Rig, write_rig
+from ..rig.lines import DEFAULT_LINES, LINES
+from ..rig.maps import SIZES
+from ..tables import print_table
+from .flat import Flat, read_flat
+from .outputs import calib_txt, camera_info
+from .picture import epipolar_lines
+from .rectified import Rectified, check_places, corners_after, make_rig, rig_dy
+from .solve import LEAST_VIEWS, Solution, solve
+from .sources import SUFFIXES, UNITS, read_cameras, read_intrinsics
+from .views import Board, View, find_corners, names, read_board, view
+
+
+__all__ = ["main"]
+
+
+REPORT = "report.json"
+PICTURE = "epipolar.png"
+
+Files = tuple[Path, Path]   # of the left and of the right picture
+
+
+def parser() -> Parser:
+    """The arguments of the command."""
+    result = Parser(prog="golden calibrate", description=(
+        "Calibrate two cameras that are fixed to each other, from pictures of a chessboard that both take at the same time, and write how "
+        "the gateware rectifies their pictures."), epilog=(
+        f"DIR receives {RIG_NAME} (for golden match --rig and the gateware), left.yaml and right.yaml (camera_info of ROS), calib.txt (for "
+        f"golden match --depth), {REPORT} and, of pictures, {PICTURE}, a pair with epipolar lines before and after."))
+    result.add_argument("files", nargs="+", type=Path, metavar="FILE", help=(
+        f"pictures of the left camera, then as many of the right one in the same order, {LEAST_VIEWS} pairs or more; or OpenCV's "
+        "intrinsics.yml and extrinsics.yml; or Kalibr's camchain.yaml"))
+    result.add_argument("--board", metavar="9x6", help="inner corners of the chessboard")
+    result.add_argument("--square", type=float, metavar="MM", help="side of a square, millimetres")
+    result.add_argument("--output", type=Path, required=True, metavar="DIR", help="folder of the results")
+    result.add_argument("--flat", nargs=2, type=Path, metavar=("LEFT", "RIGHT"), help=(
+        "pictures of an evenly lit white surface: vignetting is made good by the map's gains"))
+    result.add_argument("--intrinsics", type=Path, metavar="FILE", help=(
+        "keep the lenses of OpenCV's intrinsics.yml and compute from the pictures only how the cameras are placed"))
+    result.add_argument("--rectify-lines", type=int, choices=LINES, default=DEFAULT_LINES, metavar="N", help=(
+        f"lines that the gateware's rectifiers hold: {', '.join(map(str, LINES))} (default: %(default)s)"))
+    result.add_argument("--size", metavar="WIDTHxHEIGHT", help="of the pictures, pixels, where OpenCV's files are given")
+    result.add_argument("--baseline-unit", choices=UNITS, metavar="|".join(UNITS), help="unit of T in OpenCV's extrinsics.yml")
+    return result
+
+
+def _is_calibration(options: argparse.Namespace) -> bool:
+    """Whether files of others are given; :class:`UserError` if they are mixed with pictures, or options do not belong to them."""
+    kinds = {path.suffix.lower() in SUFFIXES for path in options.files}
+    if len(kinds) > 1:
+        raise UserError(f"{names(options.files)} are pictures and calibrations; give one or the other, or --intrinsics FILE with pictures")
+    given = kinds == {True}
+    for option, of_pictures in (("board", True), ("square", True), ("intrinsics", True), ("size", False), ("baseline_unit", False)):
+        value = getattr(options, option)
+        name = option.replace("_", "-")
+        if of_pictures is given and value is not None:
+            what = "pictures" if of_pictures else "calibrations of others"
+            raise UserError(f"--{name} {value} belongs to {what}, which are not given; leave it out")
+        if option in ("board", "square") and not given and value is None:
+            raise UserError(f"--{name} is missing; give the chessboard as in --board 9x6 --square 25")
+    return given
+
+
+def _size(text: str | None) -> tuple[int, int] | None:
+    if text is None:
+        return None
+    sides = re.fullmatch(r"(\d{1,5})x(\d{1,5})", text)
+    if not sides or any(int(side) not in SIZES for side in sides.groups()):
+        raise UserError(f"--size is {text}, but must be two numbers from {SIZES[0]} to {SIZES[-1]}, as in 640x480; correct it")
+    return int(sides[1]), int(sides[2])
+
+
+def _pairs(paths: Sequence[Path]) -> list[Files]:
+    half, odd = divmod(len(paths), 2)
+    if odd or half < LEAST_VIEWS:
+        raise UserError(f"{len(paths)} pictures are given, and {LEAST_VIEWS} of the left camera are needed at least, followed by as many "
+                        "of the right one; take more")
+    return list(zip(paths[:half], paths[half:]))
+
+
+def _views(pairs: Sequence[Files], board: Board) -> tuple[list[View], dict[str, Files], list[Path], tuple[int, int]]:
+    """Views with corners, the files of each, those without corners, and the size of all pictures."""
+    views, files, without = list[View](), dict[str, Files](), list[Path]()
+    first: tuple[Path, tuple[int, ...]] | None = None
+    with progress() as bar:
+        for pair in bar.track(pairs, description="corners"):
+            found = []
+            for path in pair:
+                picture = read_picture(path)
+                first = first or (path, picture.shape)
+                if picture.shape != first[1]:
+                    raise UserError(f"{path} has {picture.shape[1]}x{picture.shape[0]} pixels and {first[0]} has "
+                                    f"{first[1][1]}x{first[1][0]}; take all pictures at one size")
+                corners = find_corners(picture, board)
+                found.append(corners)
+                if corners is None:
+                    without.append(path)
+            name = f"{pair[0].name} and {pair[1].name}"
+            if found[0] is not None and found[1] is not None:
+                views.append(view(name, found[0], found[1]))
+                files[name] = pair
+    if not views:
+        raise UserError(f"the corners of a {board.columns}x{board.rows} board are found in no pair, not in {names(without)}; check "
+                        "--board, and take sharp pictures of the whole board")
+    if without:
+        note(f"no corners of a {board.columns}x{board.rows} board in {names(without)}: {len(pairs) - len(views)} pairs are left out")
+    if first is None:
+        raise AssertionError("there are pairs")
+    return views, files, without, (first[1][1], first[1][0])
+
+
+def _mean(values: Sequence[NDArray[Any]]) -> float:
+    return float(np.mean([np.abs(each).mean() for each in values]))
+
+
+def _dy(solution: Solution, rig: Rig) -> dict[str, Any]:
+    """Mean distance of corresponding corners, lines: before, after exact rectification, after the gateware's; and by view."""
+    kept = solution.kept
+    before = [each.left[:, 1] - each.right[:, 1] for each in kept]
+    exact = [solution.rectified.corner_dy(each.left, each.right) for each in kept]
+    after = [rig_dy(rig, each.left, each.right) for each in kept]
+    views = [{"name": each.name, **{name: float(np.abs(values[number]).mean()) for name, values in
+                                    (("before", before), ("exact", exact), ("rectified", after))}} for number, each in enumerate(kept)]
+    return {"before": _mean(before), "exact": _mean(exact), "rectified": _mean(after), "views": views}
+
+
+def _draw(path: Path, files: Files, each: View, rig: Rig) -> None:
+    """The picture of a pair with epipolar lines."""
+    left, right = (read_picture(side) for side in files)
+    after = corners_after(rig.left, each.left), corners_after(rig.right, each.right, rig.row_offset)
+    write_picture(path, epipolar_lines((left, right), rig.rectified(left, right), (each.left, each.right), after))
+
+
+def _write(folder: Path, rectified: Rectified, rig: Rig, report: dict[str, Any], draw: Any) -> list[str]:
+    """All files; their names are the result."""
+    texts = {"left.yaml": camera_info(rectified, 0), "right.yaml": camera_info(rectified, 1), "calib.txt": calib_txt(rectified)}
+    written = [RIG_NAME, *texts, *([PICTURE] if draw else [])]
+    write_rig(folder / RIG_NAME, rig)
+    for name, text in texts.items():
+        with atomic(folder / name) as file:
+            file.write(text.encode())
+    if draw:
+        draw(folder / PICTURE)
+    remove_stale(folder, REPORT, ("generator", "lines"), written)
+    write_json(folder / REPORT, {**report, "files": written})
+    return [*written, REPORT]
+
+
+def _table(report: dict[str, Any]) -> Table:
+    result = Table(title="|dy|: lines between corresponding corners, mean")
+    for column in ("pictures", "before", "rectified exactly", "rectified by the gateware"):
+        result.add_column(column, justify="left" if column == "pictures" else "right")
+    for each in report["dy"]["views"]:
+        result.add_row(each["name"], *(f"{each[name]:.3f}" for name in ("before", "exact", "rectified")))
+    result.add_section()
+    result.add_row(f"mean of {len(report['dy']['views'])}", *(f"{report['dy'][name]:.3f}" for name in ("before", "exact", "rectified")))
+    return result
+
+
+def _gains(flats: Sequence[Flat], maps: Sequence[Any]) -> Any:
+    return [flat.gain(*each) for flat, each in zip(flats, maps)] if flats else None
+
+
+def run(argv: Sequence[str] | None) -> None:
+    """The command; :class:`UserError` on bad input."""
+    options = parser().parse_args(argv)
+    given = _is_calibration(options)
+    size = _size(options.size)
+    check_folder(options.output)
+    solution, files, without = None, dict[str, Files](), list[Path]()
+    if given:
+        rectified = read_cameras(options.files, size, UNITS.get(options.baseline_unit))
+        check_places(rectified)
+    else:
+        board = read_board(options.board, options.square)
+        intrinsics = read_intrinsics(options.intrinsics) if options.intrinsics else None
+        views, files, without, size = _views(_pairs(options.files), board)
+        solution = solve(views, board, size, intrinsics)
+        rectified = solution.rectified
+        if solution.dropped:
+            note(f"dropped as outliers: {', '.join(each.name for each in solution.dropped)}")
+    maps = rectified.maps(0), rectified.maps(1)
+    flats = [read_flat(path, rectified.size) for path in options.flat or ()]
+    rig = make_rig(*maps, options.rectify_lines, _gains(flats, maps))
+
+    width, height = rectified.size
+    report: dict[str, Any] = {
+        "generator": "golden calibrate", "width": width, "height": height,
+        "focal_pixels": rectified.focal, "baseline_millimetres": rectified.baseline,
+        "lines": rig.lines, "rectify_lines": options.rectify_lines, "row_offset": rig.row_offset}
+    draw = None
+    if solution:
+        best = solution
+        report |= {"rms_pixels": best.rms, "dy": _dy(best, rig), "dropped": [each.name for each in best.dropped],
+                   "without_corners": [path.name for path in without]}
+
+        def draw(path: Path) -> None:
+            _draw(path, files[best.kept[0].name], best.kept[0], rig)
+
+    with output_folder(options.output) as folder:
+        written = _write(folder, rectified, rig, report, draw)
+    if solution:
+        print_table(_table(report))
+        print(f"rms {solution.rms:.3f} pixels, {len(solution.kept)} views used, {len(solution.dropped)} dropped, "
+              f"{len(options.files) // 2 - len(files)} without corners")
+    print(f"focal length {rectified.focal:.1f} pixels, baseline {rectified.baseline:.2f} mm; the rectifiers hold {rig.lines} lines of "
+          f"{options.rectify_lines}, the right picture is moved by {rig.row_offset} lines")
+    print(f"{options.output}: {', '.join(written)}")
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run the command; the exit status is the result."""
+    return run_cli(run, argv, "golden calibrate")
