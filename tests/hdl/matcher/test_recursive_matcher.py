@@ -106,12 +106,12 @@ def test_frame_clocks(config, height):
 
 def test_settings():
     """Built-in ones until the first pulse; new ones from the next frame on, even if they are set while a frame is output."""
-    config = config_of(6, 50, near_threshold=20, far_threshold=9, step_threshold=20)
-    left, right, _ = scene(50, 6, 6, seed=1)
+    config = config_of(4, 20, near_threshold=20, far_threshold=9, step_threshold=20)
+    left, right, _ = scene(20, 4, 4, seed=11)
     rng = np.random.default_rng(1)
     left, right = (np.clip(side.astype(int) // 3 + 90 + rng.integers(-6, 7, side.shape), 0, 255).astype(np.uint8) for side in (left, right))
     sets = [{}, {"minimum": 2}, {"check": 0, "fill": 0}, {"fill": 0}, {"median": 0}, {"census_threshold": 7}, {"near_threshold": 3},
-            {"step_threshold": 4}, {"far_threshold": 90}, {"above_share": 0}, {"in_use": 3}]
+            {"step_threshold": 4}, {"far_threshold": 90}, {"above_share": 0}, {"in_use": 2}]
     expected = [words_of((left, right), config.with_settings(settings)) for settings in sets]
     assert all(a != b for n, a in enumerate(expected) for b in expected[:n])  # each set gives another picture
     dut = Matcher(config)
