@@ -141,23 +141,34 @@ def _dy(solution: Solution, rig: Rig) -> dict[str, Any]:
     return {"before": _mean(before), "exact": _mean(exact), "rectified": _mean(after), "views": views}
 
 
-def _draw(path: Path, files: Files, each: View, rig: Rig) -> None:
-    """The picture of a pair with epipolar lines."""
-    left, right = (read_picture(side) for side in files)
-    after = corners_after(rig.left, each.left), corners_after(rig.right, each.right, rig.row_offset)
-    write_picture(path, epipolar_lines((left, right), rig.rectified(left, right), (each.left, each.right), after))
+class _Shown:
+    """A pair before and after rectification, for the picture and the report."""
+    def __init__(self, files: Files, each: View, rig: Rig):
+        self.before = read_picture(files[0]), read_picture(files[1])
+        self.after = rig.rectified(*self.before)
+        self._corners = (each.left, each.right), (corners_after(rig.left, each.left),
+                                                  corners_after(rig.right, each.right, rig.row_offset))
+
+    def draw(self, path: Path) -> None:
+        """Write the pair with epipolar lines."""
+        write_picture(path, epipolar_lines(self.before, self.after, *self._corners))
+
+    def grey_levels(self, rectified: Rectified) -> list[float]:
+        """Mean difference from OpenCV's ``remap`` with exact maps, grey levels: left, right."""
+        return [float(np.abs(side.astype(int) - rectified.remapped(picture, camera)).mean())
+                for camera, (picture, side) in enumerate(zip(self.before, self.after))]
 
 
-def _write(folder: Path, rectified: Rectified, rig: Rig, report: dict[str, Any], draw: Any) -> list[str]:
+def _write(folder: Path, rectified: Rectified, rig: Rig, report: dict[str, Any], shown: _Shown | None) -> list[str]:
     """All files; their names are the result."""
     texts = {"left.yaml": camera_info(rectified, 0), "right.yaml": camera_info(rectified, 1), "calib.txt": calib_txt(rectified)}
-    written = [RIG_NAME, *texts, *([PICTURE] if draw else [])]
+    written = [RIG_NAME, *texts, *([PICTURE] if shown else [])]
     write_rig(folder / RIG_NAME, rig)
     for name, text in texts.items():
         with atomic(folder / name) as file:
             file.write(text.encode())
-    if draw:
-        draw(folder / PICTURE)
+    if shown:
+        shown.draw(folder / PICTURE)
     remove_stale(folder, REPORT, ("generator", "lines"), written)
     write_json(folder / REPORT, {**report, "files": written})
     return [*written, REPORT]
@@ -205,21 +216,23 @@ def run(argv: Sequence[str] | None) -> None:
         "generator": "golden calibrate", "width": width, "height": height,
         "focal_pixels": rectified.focal, "baseline_millimetres": rectified.baseline,
         "lines": rig.lines, "rectify_lines": options.rectify_lines, "row_offset": rig.row_offset}
-    draw = None
+    shown = None
     if solution:
-        best = solution
-        report |= {"rms_pixels": best.rms, "dy": _dy(best, rig), "dropped": [each.name for each in best.dropped],
+        first = solution.kept[0]
+        shown = _Shown(files[first.name], first, rig)
+        report |= {"rms_pixels": solution.rms, "dy": _dy(solution, rig), "dropped": [each.name for each in solution.dropped],
                    "without_corners": [path.name for path in without]}
-
-        def draw(path: Path) -> None:
-            _draw(path, files[best.kept[0].name], best.kept[0], rig)
+        if not flats:   # gains are not OpenCV's
+            report["grey_levels_from_remap"] = shown.grey_levels(rectified)
 
     with output_folder(options.output) as folder:
-        written = _write(folder, rectified, rig, report, draw)
+        written = _write(folder, rectified, rig, report, shown)
     if solution:
         print_table(_table(report))
         print(f"rms {solution.rms:.3f} pixels, {len(solution.kept)} views used, {len(solution.dropped)} dropped, "
               f"{len(options.files) // 2 - len(files)} without corners")
+    if levels := report.get("grey_levels_from_remap"):
+        print(f"{first.name} differ from OpenCV's remap with exact maps by {levels[0]:.2f} and {levels[1]:.2f} grey levels, mean")
     print(f"focal length {rectified.focal:.1f} pixels, baseline {rectified.baseline:.2f} mm; the rectifiers hold {rig.lines} lines of "
           f"{options.rectify_lines}, the right picture is moved by {rig.row_offset} lines")
     print(f"{options.output}: {', '.join(written)}")

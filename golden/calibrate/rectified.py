@@ -65,6 +65,12 @@ class Rectified:
                                            self.projections[camera][:, :3], self.size, cv2.CV_32FC1)
         return np.asarray(x, dtype=np.float64), np.asarray(y, dtype=np.float64)
 
+    def remapped(self, picture: NDArray[np.uint8], camera: int) -> NDArray[np.uint8]:
+        """A picture of camera 0 or 1 as OpenCV rectifies it, bilinear; the edge is replicated."""
+        cv2 = opencv()
+        x, y = (each.astype(np.float32) for each in self.maps(camera))
+        return np.asarray(cv2.remap(picture, x, y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE), dtype=np.uint8)
+
     def corners(self, camera: int, corners: Corners) -> Floats:
         """Where corners of a camera's picture are in the rectified one: (N, 2)."""
         cv2 = opencv()

@@ -53,7 +53,7 @@ def test_drawn_pictures(drawn, monkeypatch, tmp_path, capsys):
     assert depth.baseline == pytest.approx(np.hypot(BASELINE, 2), abs=0.3) == pytest.approx(1000 * ros.baseline, abs=0.3)
     assert depth.focal == pytest.approx(ros.focal) == pytest.approx(report["focal_pixels"])
     assert depth.size == ros.size == SIZE == read_rig(tmp_path).size
-    assert (read_rig(tmp_path).left.gain == 128).all()
+    assert (read_rig(tmp_path).left.gain == 128).all() and "grey_levels_from_remap" not in report    # --flat
     assert read_picture(tmp_path / "epipolar.png").shape == (2 * SIZE[1] + 36, 2 * SIZE[0])
     # The pictures themselves are rectified: the corners are found in them on the same lines.
     pair = read_rig(tmp_path).rectified(*(read_picture(folder / name) for name in ("left4.png", "right4.png")))
@@ -136,6 +136,7 @@ def test_real_cameras(monkeypatch, tmp_path, capsys):
     dy = report["dy"]
     assert report["rms_pixels"] < 0.27 and report["dropped"] == [] and report["without_corners"] == []
     assert 12 < dy["before"] < 14 and dy["exact"] < 0.11 and abs(dy["rectified"] - dy["exact"]) < 0.05
+    assert max(report["grey_levels_from_remap"]) <= 0.3
     assert report["lines"] <= 34 and 0 < report["row_offset"] < 12
 
     # The same as OpenCV's remap with exact maps, but for some tenths of a grey level.
