@@ -8,7 +8,7 @@ from . import match
 from .calibrate import command as calibrate
 from .cli import Parser
 from .errors import run_cli
-from .lab import cameras, evaluate, sparsification, tune
+from .lab import boards, cameras, evaluate, sparsification, tune
 from .lab.rivals import command as rivals
 from .lab.rivals import compare, gaps
 from .lab.thesis import command as thesis
@@ -21,6 +21,7 @@ __all__ = ["main"]
 COMMANDS = {
     "match": (match.main, "disparities of a pair of pictures"),
     "calibrate": (calibrate.main, "two cameras from pictures of a chessboard: how to rectify theirs"),
+    "boards": (boards.main, "disparities of real cameras, with the plane of a chessboard as truth"),
     "cameras": (cameras.main, "what badly mounted cameras cost, and what rectification and balance are worth"),
     "evaluate": (evaluate.main, "bad pixels on the Middlebury benchmark or other sets"),
     "data": (checksums.main, "whether a folder holds the Middlebury pairs"),

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from rich.table import Table
 
-from ..cli import Parser, progress
+from ..cli import Parser
 from ..errors import UserError, run_cli
 from ..files import atomic, check_folder, output_folder, remove_stale, write_json
 from ..notes import note
@@ -21,11 +21,12 @@ from ..rig.maps import SIZES
 from ..tables import print_table
 from .flat import Flat, read_flat
 from .outputs import calib_txt, camera_info
+from .pairs import Files, pair_up, read_views
 from .picture import epipolar_lines
 from .rectified import Rectified, check_places, corners_after, make_rig, rig_dy
 from .solve import LEAST_VIEWS, Solution, solve
 from .sources import SUFFIXES, UNITS, read_cameras, read_intrinsics
-from .views import Board, View, find_corners, names, read_board, view
+from .views import View, names, read_board
 
 
 __all__ = ["main"]
@@ -34,7 +35,6 @@ __all__ = ["main"]
 REPORT = "report.json"
 PICTURE = "epipolar.png"
 
-Files = tuple[Path, Path]   # of the left and of the right picture
 
 
 def parser() -> Parser:
@@ -85,45 +85,6 @@ def _size(text: str | None) -> tuple[int, int] | None:
     if not sides or any(int(side) not in SIZES for side in sides.groups()):
         raise UserError(f"--size is {text}, but must be two numbers from {SIZES[0]} to {SIZES[-1]}, as in 640x480; correct it")
     return int(sides[1]), int(sides[2])
-
-
-def _pairs(paths: Sequence[Path]) -> list[Files]:
-    half, odd = divmod(len(paths), 2)
-    if odd or half < LEAST_VIEWS:
-        raise UserError(f"{len(paths)} pictures are given, and {LEAST_VIEWS} of the left camera are needed at least, followed by as many "
-                        "of the right one; take more")
-    return list(zip(paths[:half], paths[half:]))
-
-
-def _views(pairs: Sequence[Files], board: Board) -> tuple[list[View], dict[str, Files], list[Path], tuple[int, int]]:
-    """Views with corners, the files of each, those without corners, and the size of all pictures."""
-    views, files, without = list[View](), dict[str, Files](), list[Path]()
-    first: tuple[Path, tuple[int, ...]] | None = None
-    with progress() as bar:
-        for pair in bar.track(pairs, description="corners"):
-            found = []
-            for path in pair:
-                picture = read_picture(path)
-                first = first or (path, picture.shape)
-                if picture.shape != first[1]:
-                    raise UserError(f"{path} has {picture.shape[1]}x{picture.shape[0]} pixels and {first[0]} has "
-                                    f"{first[1][1]}x{first[1][0]}; take all pictures at one size")
-                corners = find_corners(picture, board)
-                found.append(corners)
-                if corners is None:
-                    without.append(path)
-            name = f"{pair[0].name} and {pair[1].name}"
-            if found[0] is not None and found[1] is not None:
-                views.append(view(name, found[0], found[1]))
-                files[name] = pair
-    if not views:
-        raise UserError(f"the corners of a {board.columns}x{board.rows} board are found in no pair, not in {names(without)}; check "
-                        "--board, and take sharp pictures of the whole board")
-    if without:
-        note(f"no corners of a {board.columns}x{board.rows} board in {names(without)}: {len(pairs) - len(views)} pairs are left out")
-    if first is None:
-        raise AssertionError("there are pairs")
-    return views, files, without, (first[1][1], first[1][0])
 
 
 def _mean(values: Sequence[NDArray[Any]]) -> float:
@@ -202,7 +163,7 @@ def run(argv: Sequence[str] | None) -> None:
     else:
         board = read_board(options.board, options.square)
         intrinsics = read_intrinsics(options.intrinsics) if options.intrinsics else None
-        views, files, without, size = _views(_pairs(options.files), board)
+        views, files, without, size = read_views(pair_up(options.files), board)
         solution = solve(views, board, size, intrinsics)
         rectified = solution.rectified
         if solution.dropped:
