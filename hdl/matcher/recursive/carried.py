@@ -10,10 +10,10 @@ from golden.config import PIXEL_BITS, MatcherConfig, Propagation, Recursive
 from ...parts.delay import NO_COLLISION, Delay, data_register
 from ...parts.line_memory import LineMemory
 from .source import Step
-from .spread import Limits, SpreadGroup
+from .spread import SpreadGroup
 
 
-__all__ = ["CarriedGroup", "CarriedSource", "Taps"]
+__all__ = ["CarriedGroup", "CarriedSource", "Taps", "gate_of"]
 
 
 class Taps(data.StructLayout):
@@ -31,11 +31,18 @@ class Taps(data.StructLayout):
         })
 
 
+def gate_of(propagation: Propagation, difference: Value) -> Value:
+    """The gate of a difference of grey levels: a table up to the power of two from which on it is the same."""
+    gate = propagation.gate
+    bits = next(bits for bits in range(len(difference) + 1) if len({*gate[1 << bits:]}) <= 1)
+    return Mux(difference >= 1 << bits, gate[-1], Array(gate[:1 << bits])[difference[:bits]])
+
+
 class CarriedSource(wiring.Component):
     """Addresses, limits and gates for the costs from the line above; golden: :func:`golden.matcher.recursive.neighbours.from_above`.
 
-    Timing: ``address`` in the cycle of ``i``, ``limits`` :attr:`CarriedGroup.LIMITS` cycles after it, ``place`` :attr:`CarriedGroup.PLACE`,
-    ``taps`` :attr:`CarriedGroup.TAPS`.
+    Timing: ``address`` in the cycle of ``i``, ``pixel_least`` :attr:`CarriedGroup.LEAST` cycles after it, ``place``
+    :attr:`CarriedGroup.PLACE`, ``taps`` :attr:`CarriedGroup.TAPS`.
 
     Memory: ``max_width`` grey levels and least costs; a ring of ``fan`` pairs of grey levels.
 
@@ -45,7 +52,8 @@ class CarriedSource(wiring.Component):
     write : In(1), column : In(range(max_width)), least : In(range(data_max + 1))
         The least cost of a pixel of this line, for the next one.
     address : Out(range(max_width))
-    limits : Out(Limits(config))
+    pixel_least : Out(range(data_max + 1))
+        The least cost at ``address``.
     place : Out(range(fan))
     taps : Out(Taps(config))
     """
@@ -54,7 +62,7 @@ class CarriedSource(wiring.Component):
         method = config.method_as(Recursive)
         super().__init__({
             "i": In(Step(config)), "write": In(1), "column": In(range(config.max_width)), "least": In(range(method.data_max + 1)),
-            "address": Out(range(config.max_width)), "limits": Out(Limits(config, method.data_max)),
+            "address": Out(range(config.max_width)), "pixel_least": Out(range(method.data_max + 1)),
             "place": Out(range(method.propagation.fan)), "taps": Out(Taps(config)),
         })
 
@@ -73,11 +81,8 @@ class CarriedSource(wiring.Component):
             read.addr.eq(step.ahead), read.en.eq(1),
             write.addr.eq(self.column), write.data.eq(self.least), write.en.eq(self.write),
         ]
-        least, later = (Signal.like(self.least, name=name, reset_less=True) for name in ("least", "least_later"))
-        limits = data_register(m, self.limits)
-        m.d.sync += [
-            least.eq(read.data), later.eq(least), limits.least.eq(later), limits.limit.eq(later + propagation.spread_jump),
-        ]
+        least = Signal.like(self.least, reset_less=True)
+        m.d.sync += [least.eq(read.data), data_register(m, self.pixel_least).eq(least)]
 
         # The place in the rings.
         place = Signal(range(fan))
@@ -122,7 +127,6 @@ class CarriedSource(wiring.Component):
             m.d.sync += opening.eq(centre)
 
         # Differences at 3, absolute at 4, gates at 5.
-        gate = Array(propagation.gate)
         gates = {}
         for name, value in (("centre", centre), ("left", left), ("right", right)):
             difference = Signal(signed(PIXEL_BITS + 1), name=f"difference_{name}", reset_less=True)
@@ -130,7 +134,7 @@ class CarriedSource(wiring.Component):
             gates[name] = Signal(range(method.carried_max + 1), name=f"gate_{name}", reset_less=True)
             m.d.sync += [
                 difference.eq(stages[2].grey - value), absolute.eq(Mux(difference < 0, -difference, difference)),
-                gates[name].eq(gate[absolute]),
+                gates[name].eq(gate_of(propagation, absolute)),
             ]
         of_step = ("advance", "opens", "edge", "has_above")
         control = data.StructLayout({"place": place.shape(), **dict.fromkeys(of_step, 1)})
@@ -152,24 +156,22 @@ class CarriedGroup(wiring.Component):
 
     Width: exact.
 
-    Timing, from ``address``: ``lower_o`` and ``upper_o`` 3 cycles; ``lower_i``, of the group below, which is a cycle earlier, is due after
-    2, ``upper_i`` and ``limits`` after 4, ``place`` after 6, ``taps`` after 8; ``above`` :attr:`ABOVE` cycles after it.
+    Timing, from ``address``: ``least`` and ``lower_i`` are due after :attr:`LEAST` cycles, ``place`` after :attr:`PLACE`, ``taps`` after
+    :attr:`TAPS`; ``above`` :attr:`ABOVE` cycles after it. ``lower_i``, ``upper_i`` and their outputs: as of
+    :class:`hdl.matcher.recursive.spread.SpreadGroup`.
 
     Memory: ``max_width`` costs a label; a ring of ``fan`` pairs of carried costs a label.
 
     Members
     -------
-    address : In(range(max_width)), limits : In(Limits(config)), place : In(range(fan)), taps : In(Taps(config))
+    address : In(range(max_width)), least : In(range(data_max + 1)), place : In(range(fan)), taps : In(Taps(config))
     write : In(1), column : In(range(max_width)), cost : In(ArrayLayout(range(data_max + 1), n))
         Costs ``A`` of this line, for the next one.
-    lower_i, lower_o : range(data_max + 1)
-        Cost of the label below the group's, and of its top label for the group above.
-    upper_i, upper_o : range(data_max + 1)
-        Cost of the label above the group's, and of its bottom label for the group below.
+    lower_i, lower_o, upper_i, upper_o : range(data_max + 1)
     above : Out(ArrayLayout(range(carried_max + 1), n))
         ``t``.
     """
-    LIMITS = LineMemory.LATENCY + 1
+    LEAST = LineMemory.LATENCY
     PLACE = LineMemory.LATENCY + SpreadGroup.LATENCY - 1
     TAPS = PLACE + 2
     ABOVE = TAPS + 3
@@ -180,7 +182,7 @@ class CarriedGroup(wiring.Component):
         method = config.method_as(Recursive)
         cost = range(method.data_max + 1)
         super().__init__({
-            "address": In(range(config.max_width)), "limits": In(Limits(config, method.data_max)),
+            "address": In(range(config.max_width)), "least": In(range(method.data_max + 1)),
             "place": In(range(method.propagation.fan)), "taps": In(Taps(config)),
             "write": In(1), "column": In(range(config.max_width)), "cost": In(data.ArrayLayout(cost, len(labels))),
             "lower_i": In(cost), "lower_o": Out(cost), "upper_i": In(cost), "upper_o": Out(cost),
@@ -197,7 +199,7 @@ class CarriedGroup(wiring.Component):
         m.submodules.spread = spread = SpreadGroup(config, self.labels, method.data_max)
         m.d.comb += [
             line.address.eq(self.address), line.column.eq(self.column), line.i.eq(self.cost), line.write.eq(self.write),
-            spread.cost.eq(line.o), spread.limits.eq(self.limits), spread.lower_i.eq(self.lower_i), spread.upper_i.eq(self.upper_i),
+            spread.cost.eq(line.o), spread.least.eq(self.least), spread.lower_i.eq(self.lower_i), spread.upper_i.eq(self.upper_i),
             self.lower_o.eq(spread.lower_o), self.upper_o.eq(spread.upper_o),
         ]
 

@@ -119,10 +119,15 @@ class RecursiveArray(wiring.Component):
                 final.completion.closes.eq(pixel.closes), final.completion.in_picture.eq(pixel.in_picture | leads),
             ]
         total = RecursiveGroup.total_of(config)
+        eighths = later("eighths", supports.sums, RecursiveGroup.SHARE, clean=True)
         inputs = {
-            "below": later("below", below, RecursiveGroup.BELOW, clean=True), "address": carried.address, "limits": carried.limits,
-            "place": carried.place, "taps": carried.taps, "share": later("share", self.above_share, RecursiveGroup.SHARE),
-            "sums": supports.sums, "ends": supports.mean, "final": later("final", final, total, clean=True),
+            "below": later("below", below, RecursiveGroup.BELOW, clean=True), "address": carried.address,
+            "pixel_least": carried.pixel_least, "place": carried.place, "taps": carried.taps,
+            "share": later("share", self.above_share, RecursiveGroup.SHARE),
+            "eighths": eighths,
+            "sums": later("sums", eighths, RecursiveGroup.SUMS - RecursiveGroup.SHARE, clean=True),
+            "ends": supports.mean, "centre": later("centre", supports.centre, total - RecursiveGroup.CENTRE),
+            "final": later("final", final, total, clean=True),
         }
         lower = None
         if self.from_below:
@@ -136,9 +141,11 @@ class RecursiveArray(wiring.Component):
             kept_later = later("kept", kept, MeanGroup.latency_of(config), clean=True)
             m.d.comb += lower.write.eq(later("kept_top", kept_later, TREE + top, clean=True))
             inputs |= {
-                "lower_sums": lower_supports.sums, "lower_ends": lower_supports.mean, "lower_final": kept_later,
+                "lower_sums": later("lower_sums", lower_supports.sums, RecursiveGroup.LOWER_SUMS, clean=True),
+                "lower_ends": lower_supports.mean, "lower_final": kept_later,
                 "own_write": later("own_write", slot, RecursiveGroup.LOWER_SUMS, clean=True),
-                "lower_address": lower.address, "lower_limits": lower.limits, "lower_gate": lower.gate, "own_address": lower.own_address,
+                "lower_address": lower.address, "lower_pixel_least": lower.pixel_least, "lower_gate": lower.gate,
+                "own_address": lower.own_address,
                 "lower_share": later("lower_share", self.below_share, RecursiveGroup.LOWER_ADDRESS + FromBelowGroup.OWN),
             }
         wave = later("wave", self.wave, RecursiveGroup.WAVE, clean=True)

@@ -8,8 +8,9 @@ from amaranth.lib.wiring import In, Out
 from golden.config import PIXEL_BITS, MatcherConfig, Propagation, Recursive
 
 from ...parts.delay import NO_COLLISION, Delay, data_register
+from .carried import gate_of
 from .source import SLOTS, Step
-from .spread import Limits, SpreadGroup
+from .spread import SpreadGroup
 from .support import share_of
 
 
@@ -36,9 +37,9 @@ class LowerGate(data.StructLayout):
 
 
 class FromBelowSource(wiring.Component):
-    """Slots, limits and gates for the costs from the line below; golden: :func:`golden.matcher.recursive.neighbours.from_below`.
+    """Slots, least costs and gates for the costs from the line below; golden: :func:`golden.matcher.recursive.neighbours.from_below`.
 
-    Timing: ``address`` :attr:`ADDRESS` cycles after ``i``; ``limits``, ``gate`` and ``own_address`` as late after it as
+    Timing: ``address`` :attr:`ADDRESS` cycles after ``i``; ``pixel_least``, ``gate`` and ``own_address`` as late after it as
     :class:`FromBelowGroup` states.
 
     Memory: a least cost a slot.
@@ -48,7 +49,7 @@ class FromBelowSource(wiring.Component):
     i : In(Step(config))
     write : In(LowerFinal(config)), least : In(range(own_max + 1))
         The least mean of a pixel.
-    address : Out(range(slots)), limits : Out(Limits(config, own_max)), gate : Out(LowerGate(config))
+    address : Out(range(slots)), pixel_least : Out(range(own_max + 1)), gate : Out(LowerGate(config))
     own_address : Out(range(slots))
     """
     ADDRESS = 3
@@ -59,7 +60,7 @@ class FromBelowSource(wiring.Component):
         slot = range(SLOTS)
         super().__init__({
             "i": In(Step(config)), "write": In(LowerFinal(config)), "least": In(range(method.own_max + 1)),
-            "address": Out(slot), "limits": Out(Limits(config, method.own_max)), "gate": Out(LowerGate(config)), "own_address": Out(slot),
+            "address": Out(slot), "pixel_least": Out(range(method.own_max + 1)), "gate": Out(LowerGate(config)), "own_address": Out(slot),
         })
 
     def elaborate(self, platform: object) -> Module:
@@ -74,17 +75,14 @@ class FromBelowSource(wiring.Component):
             later = Signal.like(step.slot, name=f"slot_{stage}", reset_less=True)
             m.d.sync += later.eq(slots[-1])
             slots.append(later)
-        least  = Signal.like(self.least, reset_less=True)
-        limits = data_register(m, self.limits)
         m.d.comb += [
             self.address.eq(slots[self.ADDRESS]), self.own_address.eq(slots[-1]),
-            read.addr.eq(slots[self.ADDRESS + FromBelowGroup.LIMITS - 3]), read.en.eq(1),
+            read.addr.eq(slots[self.ADDRESS + FromBelowGroup.LEAST - 2]), read.en.eq(1),
             write.addr.eq(self.write.slot), write.data.eq(self.least), write.en.eq(self.write.write),
         ]
-        m.d.sync += [least.eq(read.data), limits.least.eq(least), limits.limit.eq(least + method.propagation.spread_jump)]
+        m.d.sync += data_register(m, self.pixel_least).eq(read.data)
 
         # Difference at 1, absolute at 2, gate at 3.
-        gate = Array(method.propagation.gate)
         difference = Signal(signed(PIXEL_BITS + 1), reset_less=True)
         absolute   = Signal(PIXEL_BITS, reset_less=True)
         m.submodules.gate = gate_later = Delay(LowerGate(config), self.ADDRESS + FromBelowGroup.GATE - 2)
@@ -93,7 +91,7 @@ class FromBelowSource(wiring.Component):
             difference.eq(step.grey - step.lower_grey), absolute.eq(Mux(difference < 0, -difference, difference)),
         ]
         m.d.comb += [
-            exists.i.eq(step.has_below), gate_later.i.gate.eq(gate[absolute]), gate_later.i.exists.eq(exists.o),
+            exists.i.eq(step.has_below), gate_later.i.gate.eq(gate_of(method.propagation, absolute)), gate_later.i.exists.eq(exists.o),
             self.gate.eq(gate_later.o),
         ]
         return m
@@ -106,9 +104,9 @@ class FromBelowGroup(wiring.Component):
 
     Width: exact.
 
-    Timing, from ``address``: ``lower_o`` and ``upper_o`` 2 cycles; ``lower_i``, of the group below, which is a cycle earlier, is due after
-    1, ``upper_i`` and ``limits`` after :attr:`LIMITS`, ``gate`` after :attr:`GATE`, ``share`` and ``own_address`` after :attr:`OWN`; ``o``
-    after :attr:`LATENCY`.
+    Timing, from ``address``: ``least`` and ``lower_i`` are due after :attr:`LEAST` cycles, ``gate`` after :attr:`GATE`, ``share`` and
+    ``own_address`` after :attr:`OWN`; ``o`` after :attr:`LATENCY`. ``lower_i``, ``upper_i`` and their outputs: as of
+    :class:`hdl.matcher.recursive.spread.SpreadGroup`.
 
     Memory: a mean and a pixel's own cost a slot and label.
 
@@ -118,16 +116,15 @@ class FromBelowGroup(wiring.Component):
         Of the lower pixel of a slot.
     own_write : In(OwnSlot(config)), own : In(ArrayLayout(range(own_max + 1), n))
         ``V`` of the pixel of a slot.
-    address : In(range(slots)), limits : In(Limits(config, own_max)), gate : In(LowerGate(config)), own_address : In(range(slots))
+    address : In(range(slots)), least : In(range(own_max + 1)), gate : In(LowerGate(config)), own_address : In(range(slots))
     share : In(range(SHARE_MAX + 1))
         Eighths of the costs from below.
     lower_i, lower_o, upper_i, upper_o : range(own_max + 1)
-        As of :class:`hdl.matcher.recursive.spread.SpreadGroup`.
     o : Out(ArrayLayout(range(own_max + low_max + 1), n))
         ``V + (share * low >> 3)``.
     """
-    LIMITS = 3
-    GATE = 2 + SpreadGroup.LATENCY
+    LEAST = 2
+    GATE = LEAST + SpreadGroup.LATENCY
     OWN = GATE + 1
     LATENCY = OWN + 3
 
@@ -140,7 +137,7 @@ class FromBelowGroup(wiring.Component):
         low_max = Propagation.SHARE_MAX * method.carried_max >> Propagation.SHARE_BITS
         super().__init__({
             "write": In(LowerFinal(config)), "mean": In(costs), "own_write": In(OwnSlot(config)), "own": In(costs),
-            "address": In(slot), "limits": In(Limits(config, method.own_max)), "gate": In(LowerGate(config)), "own_address": In(slot),
+            "address": In(slot), "least": In(own), "gate": In(LowerGate(config)), "own_address": In(slot),
             "share": In(range(Propagation.SHARE_MAX + 1)),
             "lower_i": In(own), "lower_o": Out(own), "upper_i": In(own), "upper_o": Out(own),
             "o": Out(data.ArrayLayout(range(method.own_max + low_max + 1), len(labels))),
@@ -164,7 +161,7 @@ class FromBelowGroup(wiring.Component):
             m.d.sync += kept[name].eq(read.data)
         m.submodules.spread = spread = SpreadGroup(config, self.labels, method.own_max)
         m.d.comb += [
-            spread.cost.eq(kept["mean"]), spread.limits.eq(self.limits), spread.lower_i.eq(self.lower_i), spread.upper_i.eq(self.upper_i),
+            spread.cost.eq(kept["mean"]), spread.least.eq(self.least), spread.lower_i.eq(self.lower_i), spread.upper_i.eq(self.upper_i),
             self.lower_o.eq(spread.lower_o), self.upper_o.eq(spread.upper_o),
         ]
 
@@ -176,5 +173,5 @@ class FromBelowGroup(wiring.Component):
         with m.If(~self.gate.exists):
             m.d.sync += [value.eq(0) for value in gated]
         for n in range(count):
-            m.d.sync += result[n].eq(kept["own"][n] + share_of(m, f"low_{n}", gated[n], self.share, method.carried_max))
+            m.d.sync += result[n].eq(kept["own"][n] + share_of(m, config, f"low_{n}", gated[n], self.share))
         return m

@@ -8,7 +8,7 @@ from amaranth.lib.wiring import In, Out
 
 from golden.config import MatcherConfig, Propagation, Recursive
 
-from ...parts.delay import NO_COLLISION, Delay, data_register
+from ...parts.delay import NO_COLLISION, data_register
 from ..stream import CensusWord, Least
 from ..streaming.fused_array import FusedCell
 from ..streaming.labels import groups_of, least_of, seen_along, tree_of
@@ -19,7 +19,6 @@ from .from_below import FromBelowGroup, FromBelowSource, LowerFinal, LowerGate, 
 from .line_below import LineBelowGroup, LineBelowWave
 from .mean import MeanGroup
 from .source import SLOTS
-from .spread import Limits
 from .support import Mean, Summand, Supports, share_of
 
 
@@ -49,14 +48,14 @@ def passed_words(config: MatcherConfig) -> dict[str, ShapeLike]:
     method = config.method_as(Recursive)
     share, slot = range(Propagation.SHARE_MAX + 1), range(SLOTS)
     words: dict[str, ShapeLike] = {
-        "below": LineBelowWave(config), "address": range(config.max_width), "limits": Limits(config, method.data_max),
-        "place": range(method.propagation.fan), "taps": Taps(config), "share": share, "sums": Summand(config), "ends": Mean(config),
-        "final": Final(config),
+        "below": LineBelowWave(config), "address": range(config.max_width), "pixel_least": range(method.data_max + 1),
+        "place": range(method.propagation.fan), "taps": Taps(config), "share": share, "eighths": Summand(config),
+        "sums": Summand(config), "ends": Mean(config), "centre": range(Supports.ring_of(config)), "final": Final(config),
     }
     if method.propagation.from_below:
         words |= {
             "lower_sums": Summand(config), "lower_ends": Mean(config), "lower_final": LowerFinal(config), "own_write": OwnSlot(config),
-            "lower_address": slot, "lower_limits": Limits(config, method.own_max), "lower_gate": LowerGate(config), "own_address": slot,
+            "lower_address": slot, "lower_pixel_least": range(method.own_max + 1), "lower_gate": LowerGate(config), "own_address": slot,
             "lower_share": share,
         }
     return words
@@ -75,12 +74,13 @@ class RecursiveGroup(wiring.Component):
 
     Width: exact.
 
-    Timing, in cycles after a step at the group: the wave is due after :attr:`WAVE`, ``below`` after :attr:`BELOW`, ``address``, ``limits``,
-    ``place`` and ``taps`` as :class:`hdl.matcher.recursive.carried.CarriedGroup` states, ``share`` after :attr:`SHARE`, ``sums`` after
-    :attr:`SUMS`. ``ends`` is due a cycle after the sums of the last pixel of the support; :meth:`total_of` cycles after it ``final``, with
-    the costs; ``least_i`` :data:`TREE` cycles after those, ``least_o`` one more. Every ``_o`` is due at the group above, a cycle later.
+    Timing, in cycles after a step at the group: the wave is due after :attr:`WAVE`, ``below`` after :attr:`BELOW`, ``address``,
+    ``pixel_least``, ``place`` and ``taps`` as :class:`hdl.matcher.recursive.carried.CarriedGroup` states, ``share`` and ``eighths`` after
+    :attr:`SHARE`, ``sums`` after :attr:`SUMS`. ``ends`` is due a cycle after the sums of the last pixel of the support; :meth:`total_of`
+    cycles after it ``final``, with the costs, and ``centre`` :attr:`CENTRE` cycles before; ``least_i`` :data:`TREE` cycles after those,
+    ``least_o`` one more. Every ``_o`` is due at the group above, a cycle later.
 
-    With costs from below: ``lower_sums`` and ``own_write`` are due after :attr:`LOWER_SUMS`, ``lower_address``, ``lower_limits``,
+    With costs from below: ``lower_sums`` and ``own_write`` are due after :attr:`LOWER_SUMS`, ``lower_address``, ``lower_pixel_least``,
     ``lower_gate``, ``own_address`` and ``lower_share`` as :class:`hdl.matcher.recursive.from_below.FromBelowGroup` states, ``lower_ends``
     as ``ends``; ``lower_final`` is due with the means, ``lower_least_i`` and ``lower_least_o`` after those as ``least_i`` and ``least_o``.
 
@@ -90,8 +90,9 @@ class RecursiveGroup(wiring.Component):
     Members
     -------
     i, o : Wave(config, CensusWord(config))
-    below_i, address_i, limits_i, place_i, taps_i, share_i, sums_i, ends_i, final_i, and each with _o
-        Of :func:`passed_words`; ``share``: eighths of the costs from above.
+    below_i, address_i, pixel_least_i, place_i, taps_i, share_i, eighths_i, sums_i, ends_i, centre_i, final_i, and each with _o
+        Of :func:`passed_words`; ``share``: eighths of the costs from above. ``eighths``: where an eighth of them is kept; ``centre``: where
+        that of the pixel is.
     lower_i, lower_o, upper_i, upper_o : range(data_max + 1)
         As of :class:`hdl.matcher.recursive.spread.SpreadGroup`. With costs from below, the same of the means: ``mean_lower_i`` and so on.
     right_i, right_o : RightWave(config)
@@ -104,9 +105,10 @@ class RecursiveGroup(wiring.Component):
     # there.
     SHARE = CarriedGroup.ABOVE
     SUMS = SHARE + 3
+    CENTRE = 3
     LOWER_SUMS = SUMS - 1
     BELOW = LOWER_SUMS - LineBelowGroup.LATENCY
-    WAVE = BELOW - FusedCell.LATENCY
+    WAVE = BELOW + LineBelowGroup.COST - FusedCell.LATENCY
     LOWER_ADDRESS = LOWER_SUMS - FromBelowGroup.LATENCY
 
     def __init__(self, config: MatcherConfig, labels: range):
@@ -145,7 +147,7 @@ class RecursiveGroup(wiring.Component):
 
         # The costs of the cells, and those of the line below.
         valid = [self.i.valid]
-        for stage in range(1, 7):
+        for stage in range(1, 5):
             valid.append(Signal(name=f"valid{stage}"))
             m.d.sync += valid[stage].eq(valid[stage - 1])
         m.submodules.below = below = LineBelowGroup(config, self.labels)
@@ -155,14 +157,14 @@ class RecursiveGroup(wiring.Component):
             m.d.comb += [
                 cell.left.eq(self.i.left), cell.left_census.eq(self.i.left_census),
                 cell.right.eq(seen["right"]), cell.right_census.eq(seen["right_census"]), cell.inside.eq(inside),
-                cell.valid1.eq(valid[1]), cell.valid4.eq(valid[4]), cell.valid6.eq(valid[6]), below.cost[n].eq(cell.cost),
+                cell.valid1.eq(valid[1]), cell.valid4.eq(valid[4]), below.cost[n].eq(cell.cost),
             ]
         own = self._add_from_below(m, below) if from_below else below.own
 
         # Those from the line above.
         m.submodules.carried = carried = CarriedGroup(config, self.labels)
         m.d.comb += [
-            carried.address.eq(self.address_i), carried.limits.eq(self.limits_i), carried.place.eq(self.place_i),
+            carried.address.eq(self.address_i), carried.least.eq(self.pixel_least_i), carried.place.eq(self.place_i),
             carried.taps.eq(self.taps_i), carried.lower_i.eq(self.lower_i), carried.upper_i.eq(self.upper_i),
             self.lower_o.eq(carried.lower_o), self.upper_o.eq(carried.upper_o),
         ]
@@ -170,28 +172,23 @@ class RecursiveGroup(wiring.Component):
         # Their share, and the mean of the sum with a pixel's own over its support.
         bits, joined_max = Propagation.SHARE_BITS, method.joined_max
         m.submodules.mean = mean = MeanGroup(config, self.labels, joined_max)
-        extra = []
         for n in range(count):
-            above = carried.above[n]
             joined = Signal(range(joined_max + 1), name=f"joined_{n}", reset_less=True)
-            m.d.sync += joined.eq(own[n] + share_of(m, f"above_{n}", above, self.share_i, method.carried_max))
+            m.d.sync += joined.eq(own[n] + share_of(m, config, f"above_{n}", carried.above[n], self.share_i))
             m.d.comb += mean.cost[n].eq(joined)
-            m.submodules[f"extra_{n}"] = eighth = Delay(range((method.carried_max >> bits) + 1), self.SUMS - self.SHARE)
-            m.d.comb += eighth.i.eq(above >> bits)
-            extra.append(eighth.o)
         m.d.comb += [mean.sums.eq(self.sums_i), mean.ends.eq(self.ends_i)]
 
         # An eighth of them is added to the mean.
         eighths = data.ArrayLayout((method.carried_max >> bits).bit_length(), count)
         m.submodules.eighths = kept = Memory(shape=eighths, depth=Supports.ring_of(config), init=[], attrs=NO_COLLISION)
         write, read = kept.write_port(), kept.read_port()
-        m.submodules.share_later = share_later = Delay(eighths, MeanGroup.latency_of(config) - 1)
         m.d.comb += [
-            write.addr.eq(self.sums_i.place), write.data.eq(Cat(extra)), write.en.eq(self.sums_i.enter),
-            read.addr.eq(self.ends_i.centre), read.en.eq(1), share_later.i.eq(read.data),
+            write.addr.eq(self.eighths_i.place), write.data.eq(Cat(above[bits:] for above in carried.above)),
+            write.en.eq(self.eighths_i.enter), read.addr.eq(self.centre_i), read.en.eq(1),
         ]
         costs = data_register(m, self.costs)
-        m.d.sync += [costs[n].eq(mean.o[n] + share_later.o[n]) for n in range(count)]
+        eighth = Signal(eighths, reset_less=True)
+        m.d.sync += [eighth.eq(read.data), *(costs[n].eq(mean.o[n] + eighth[n]) for n in range(count))]
         m.d.comb += [
             carried.write.eq(self.final_i.write), carried.column.eq(self.final_i.column), carried.cost.eq(self.costs),
         ]
@@ -215,7 +212,7 @@ class RecursiveGroup(wiring.Component):
         m.d.comb += [
             mean.sums.eq(self.lower_sums_i), mean.cost.eq(below.own), mean.ends.eq(self.lower_ends_i),
             group.write.eq(self.lower_final_i), group.mean.eq(mean.o), group.own_write.eq(self.own_write_i), group.own.eq(below.upper_own),
-            group.address.eq(self.lower_address_i), group.limits.eq(self.lower_limits_i), group.gate.eq(self.lower_gate_i),
+            group.address.eq(self.lower_address_i), group.least.eq(self.lower_pixel_least_i), group.gate.eq(self.lower_gate_i),
             group.own_address.eq(self.own_address_i), group.share.eq(self.lower_share_i),
             group.lower_i.eq(self.mean_lower_i), group.upper_i.eq(self.mean_upper_i),
             self.mean_lower_o.eq(group.lower_o), self.mean_upper_o.eq(group.upper_o),

@@ -31,8 +31,8 @@ class LineBelowGroup(wiring.Component):
 
     Width: exact.
 
-    Timing: ``own`` and ``upper_own`` :attr:`LATENCY` cycles after ``cost`` and ``i``. A column is read no sooner than four cycles after it
-    was read before.
+    Timing: ``cost`` is due :attr:`COST` cycles after ``i``; ``own`` and ``upper_own`` :attr:`LATENCY` cycles after ``i``. A column is read
+    no sooner than four cycles after it was read before.
 
     Memory: ``max_width`` costs a label, or twice as many.
 
@@ -45,7 +45,8 @@ class LineBelowGroup(wiring.Component):
     upper_own : Out(ArrayLayout(range(own_max + 1), n))
         ``V`` of the line above that one; with costs from below only.
     """
-    LATENCY = LineMemory.LATENCY + 2
+    COST = LineMemory.LATENCY
+    LATENCY = COST + 2
 
     def __init__(self, config: MatcherConfig, labels: range):
         self.config = config
@@ -64,13 +65,12 @@ class LineBelowGroup(wiring.Component):
         costs = self.cost.shape()
         kept = data.StructLayout({"above": costs, **({"upper": costs} if from_below else {})})
         m.submodules.memory = memory = LineMemory(kept, self.config.max_width)
-        m.submodules.wave = wave = Delay(self.i.shape(), LineMemory.LATENCY, clean=True)
-        m.submodules.here = here = Delay(costs, LineMemory.LATENCY)
+        m.submodules.wave = wave = Delay(self.i.shape(), self.COST, clean=True)
         m.d.comb += [
-            memory.address.eq(self.i.column), wave.i.eq(self.i), here.i.eq(self.cost),
-            memory.column.eq(wave.o.column), memory.write.eq(wave.o.write), memory.i.above.eq(here.o),
+            memory.address.eq(self.i.column), wave.i.eq(self.i),
+            memory.column.eq(wave.o.column), memory.write.eq(wave.o.write), memory.i.above.eq(self.cost),
         ]
-        joins = [(self.own, memory.o.above, here.o, wave.o.below)]
+        joins = [(self.own, memory.o.above, self.cost, wave.o.below)]
         if from_below:
             m.d.comb += memory.i.upper.eq(memory.o.above)
             joins.append((self.upper_own, memory.o.upper, memory.o.above, wave.o.upper_below))

@@ -53,7 +53,7 @@ class MeanGroup(wiring.Component):
         """Cycles from the ends of a support to its mean."""
         if config.method_as(Recursive).soft_multipliers:
             return MeanGroup._TOTAL + (GradedArms.RECIPROCAL_BITS).bit_length()    # a level for each bit of the number of rows
-        return MeanGroup._TOTAL + 3
+        return MeanGroup._TOTAL + 2
 
     def elaborate(self, platform: object) -> Module:
         m = Module()
@@ -89,9 +89,6 @@ class MeanGroup(wiring.Component):
             factor  = Signal.like(total, name=f"factor_{n}", reset_less=True)
             other   = Signal(self.ends.reciprocal.shape(), name=f"other_{n}", reset_less=True)
             product = Signal(len(total) + len(other), name=f"product_{n}", reset_less=True)
-            mean    = Signal(range(self.cost_max + 1), name=f"mean_{n}", reset_less=True)
-            m.d.sync += [
-                factor.eq(total), other.eq(reciprocal.o), product.eq(factor * other), mean.eq(product >> GradedArms.RECIPROCAL_BITS),
-            ]
-            m.d.comb += self.o[n].eq(mean)
+            m.d.sync += [factor.eq(total), other.eq(reciprocal.o), product.eq(factor * other)]
+            m.d.comb += self.o[n].eq(product >> GradedArms.RECIPROCAL_BITS)
         return m

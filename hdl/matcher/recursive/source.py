@@ -168,7 +168,7 @@ class RecursiveSource(wiring.Component):
 
         # The wave.
         wave = self.wave
-        more = {name: now[name] for name in wave.shape().members if name.startswith(("left_", "right_"))}
+        more = {name: before[name] for name in wave.shape().members if name.startswith(("left_", "right_"))}
         parts = {"pre": pre, "left": now.left, "right": now.right, "inside": ~pre & ~past & reached, **more}
         m.d.sync += [data_register(m, wave[field], f"wave_{field}").eq(value) for field, value in parts.items()]
         valid = Signal(name="wave_valid_now")

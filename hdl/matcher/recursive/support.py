@@ -15,10 +15,19 @@ from .source import SLOTS, Entry, Step
 __all__ = ["ArmSource", "LowerPixel", "Mean", "Summand", "SupportedPixel", "Supports", "share_of"]
 
 
-def share_of(m: Module, name: str, value: Value, share: Value, maximum: int) -> Signal:
-    """``value * share >> 3``, floor, two cycles later; ``value`` at most ``maximum``, ``share`` four bits."""
-    low, high = (Signal(range(3 * maximum + 1), name=f"{name}_{part}", reset_less=True) for part in ("low", "high"))
+def share_of(m: Module, config: MatcherConfig, name: str, value: Value, share: Value) -> Signal:
+    """``value * share >> 3``, floor, two cycles later; ``value`` at most ``carried_max``, ``share`` four bits."""
+    method = config.method_as(Recursive)
+    maximum = method.carried_max
     result = Signal(range((Propagation.SHARE_MAX * maximum >> Propagation.SHARE_BITS) + 1), name=f"{name}_share", reset_less=True)
+    if not method.soft_multipliers:
+        factor  = Signal.like(value, name=f"{name}_factor", reset_less=True)
+        other   = Signal.like(share, name=f"{name}_other", reset_less=True)
+        product = Signal(len(value) + len(share), name=f"{name}_product", reset_less=True)
+        m.d.sync += [factor.eq(value), other.eq(share), product.eq(factor * other)]
+        m.d.comb += result.eq(product >> Propagation.SHARE_BITS)
+        return result
+    low, high = (Signal(range(3 * maximum + 1), name=f"{name}_{part}", reset_less=True) for part in ("low", "high"))
     m.d.sync += [
         low.eq(Mux(share[0], value, 0) + Mux(share[1], value << 1, 0)), high.eq(Mux(share[2], value, 0) + Mux(share[3], value << 1, 0)),
         result.eq((low + (high << 2)) >> Propagation.SHARE_BITS),
@@ -126,10 +135,10 @@ class Summand(data.StructLayout):
 
 
 class Mean(data.StructLayout):
-    """Addresses of a support's running sums, before its first pixel and including its last one, and of the pixel's; its reciprocal."""
+    """Addresses of a support's running sums, before its first pixel and including its last one; its reciprocal."""
     def __init__(self, config: MatcherConfig):
         place = range(Supports.ring_of(config))
-        super().__init__({"low": place, "high": place, "centre": place, "reciprocal": range((1 << GradedArms.RECIPROCAL_BITS) + 1)})
+        super().__init__({"low": place, "high": place, "reciprocal": range((1 << GradedArms.RECIPROCAL_BITS) + 1)})
 
 
 class SupportedPixel(data.StructLayout):
@@ -158,14 +167,14 @@ class Supports(wiring.Component):
     Every label keeps the sums of its joined costs along the line in a ring, one more a line than it has pixels, as
     :class:`hdl.matcher.streaming.support.SupportSource` does.
 
-    Timing: ``sums`` ``latency`` cycles after ``i``, ``mean`` and ``pixel`` one more, for the pixel completed ``reach + 1`` completions
-    before.
+    Timing: ``sums`` in the cycle of ``i``; ``mean``, ``centre`` and ``pixel`` ``latency + 1`` cycles after it, for the pixel completed
+    ``reach + 1`` completions before.
 
     Parameters
     ----------
     config : MatcherConfig
     latency : int
-        Cycles.
+        Cycles by which the sums are computed later than ``sums``.
     word, pixel : StructLayout
         A step and a pixel: of the line that is labelled, or of the one below.
 
@@ -176,6 +185,8 @@ class Supports(wiring.Component):
         As of :class:`ArmSource`.
     sums : Out(Summand(config))
     mean : Out(Mean(config))
+    centre : Out(range(ring))
+        Address of the pixel's own running sum.
     pixel : Out(pixel)
     """
     def __init__(self, config: MatcherConfig, latency: int, word: Step | Entry, pixel: SupportedPixel | LowerPixel):
@@ -183,7 +194,8 @@ class Supports(wiring.Component):
         self.latency = latency
         super().__init__({
             "i": In(word), **dict.fromkeys(("near", "far", "smooth"), In(PIXEL_BITS)),
-            "sums": Out(Summand(config)), "mean": Out(Mean(config)), "pixel": Out(pixel),
+            "sums": Out(Summand(config)), "mean": Out(Mean(config)), "centre": Out(range(self.ring_of(config))),
+            "pixel": Out(pixel),
         })
 
     @staticmethod
@@ -193,20 +205,19 @@ class Supports(wiring.Component):
 
     @staticmethod
     def ring_of(config: MatcherConfig) -> int:
-        """Words of a ring: an arm, the lag, a few for starts of lines; a power of two, so that addresses wrap."""
-        return 1 << (2 * Supports.lag_of(config) + 4).bit_length()
+        """Words of a ring: an arm, the lag, a few for starts of lines; or the lag and the cycles from the entry of a cost to its last use. A
+        power of two, so that addresses wrap."""
+        lag = Supports.lag_of(config)
+        return 1 << (lag + max(lag + 4, 14)).bit_length()
 
     def elaborate(self, platform: object) -> Module:
         m = Module()
         config = self.config
         completion = self.i.completion
-        sums = Signal(Summand(config))
         place = Signal(range(self.ring_of(config)))
         enter = completion.clear | completion.complete
         m.d.sync += place.eq(place + enter)
-        m.d.comb += [sums.enter.eq(enter), sums.clear.eq(completion.clear), sums.place.eq(place)]
-        m.submodules.sums = later = Delay(Summand(config), self.latency, clean=True)
-        m.d.comb += [later.i.eq(sums), self.sums.eq(later.o)]
+        m.d.comb += [self.sums.enter.eq(enter), self.sums.clear.eq(completion.clear), self.sums.place.eq(place)]
 
         m.submodules.arms = arms = ArmSource(config)
         m.d.comb += [arms.step.eq(completion.complete), arms.starts_line.eq(completion.starts_line), arms.grey.eq(self.i.grey)]
@@ -229,9 +240,12 @@ class Supports(wiring.Component):
             m.d.sync += stepped[-1].eq(stepped[-2])
 
         # The ends; a cycle later the reciprocal.
-        mean  = Signal(Mean(config), reset_less=True)
+        place_shape = place.shape()
+        outputs = data.StructLayout({"mean": Mean(config), "centre": place_shape})
+        given_mean = Signal(outputs, reset_less=True)
+        mean = given_mean.mean
         pixel = Signal(shape, reset_less=True)
-        ends  = Signal(data.StructLayout({name: place.shape() for name in ("low", "high", "centre")}), reset_less=True)
+        ends  = Signal(data.StructLayout(dict.fromkeys(("low", "high", "centre"), place_shape)), reset_less=True)
         size  = Signal(range(config.method_as(Recursive).arms.support_max + 1), reset_less=True)
         held  = Signal(waiting, reset_less=True)
         shown = Signal(2)   # with a reset: a pixel of a frame before it must not be passed on
@@ -241,13 +255,16 @@ class Supports(wiring.Component):
             ends.low.eq(aligned.o.place - arms.left_arm), ends.high.eq(aligned.o.place + arms.right_arm + 1),
             ends.centre.eq(aligned.o.place), size.eq(arms.left_arm + arms.right_arm + 1),
             held.eq(aligned.o), shown.eq(Cat(stepped[-1], shown)),
-            *(mean[name].eq(ends[name]) for name in ("low", "high", "centre")), mean.reciprocal.eq(reciprocals[size]),
+            mean.low.eq(ends.low), mean.high.eq(ends.high), given_mean.centre.eq(ends.centre), mean.reciprocal.eq(reciprocals[size]),
             *(pixel[name].eq(held[name]) for name in carried), *([pixel.size.eq(size)] if "size" in shape.members else []),
         ]
         given = Signal.like(pixel)
         m.d.comb += [given.eq(pixel), given.step.eq(shown[1]), given.in_picture.eq(pixel.in_picture & shown[1])]
         rest = self.latency + 1 - ArmSource.LATENCY - 2
-        m.submodules.mean = mean_later = Delay(Mean(config), rest)
+        m.submodules.mean = mean_later = Delay(outputs, rest)
         m.submodules.pixel = pixel_later = Delay(shape, rest, clean=True)
-        m.d.comb += [mean_later.i.eq(mean), self.mean.eq(mean_later.o), pixel_later.i.eq(given), self.pixel.eq(pixel_later.o)]
+        m.d.comb += [
+            mean_later.i.eq(given_mean), self.mean.eq(mean_later.o.mean), self.centre.eq(mean_later.o.centre),
+            pixel_later.i.eq(given), self.pixel.eq(pixel_later.o),
+        ]
         return m

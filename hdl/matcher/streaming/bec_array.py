@@ -42,22 +42,18 @@ class BecCell(wiring.Component):
         The right column is inside the picture, and the label is in use.
     valid1, valid4 : In(1)
         Whether ``left`` was valid one and four cycles ago.
-    inside_later : Out(1)
-        ``inside``, :attr:`INSIDE_LATER` cycles later.
     cost : Out(cost_bits)
         Complement of ``E``.
     cost_inside : Out(1)
         Whether it is that of a candidate inside the picture.
     """
     LATENCY = 5
-    INSIDE_LATER = 3
 
     def __init__(self, config: MatcherConfig):
         self.config = config
         super().__init__({
             "left": In(Column()), "right": In(Column()), "inside": In(1),
             "valid1": In(1), "valid4": In(1),
-            "inside_later": Out(1),
             "cost": Out(config.matching_cost.bits), "cost_inside": Out(1),
         })
 
@@ -69,7 +65,6 @@ class BecCell(wiring.Component):
         for stage in range(1, 5):
             inside.append(Signal(name=f"inside{stage}", reset_less=True))
             m.d.sync += inside[stage].eq(inside[stage - 1])
-        m.d.comb += self.inside_later.eq(inside[self.INSIDE_LATER])
         difference = {}
         for part in ("minus", "line", "plus"):
             difference[part] = Signal(signed(PIXEL_BITS + 1), name=f"difference_{part}", reset_less=True)

@@ -66,12 +66,14 @@ class FusedCell(wiring.Component):
 
     Members
     -------
-    left, right : In(Column()), left_census, right_census : In(census bits)
+    left, right : In(Column())
         At ``x`` and at ``x - d``.
+    left_census, right_census : In(census bits)
+        At ``x - 1`` and at ``x - 1 - d``.
     inside : In(1)
         The right column is inside the picture, and the label is in use.
-    valid1, valid4, valid6 : In(1)
-        Whether ``left`` was valid one, four and six cycles ago.
+    valid1, valid4 : In(1)
+        Whether ``left`` was valid one and four cycles ago.
     cost : Out(range(cost_max + 1))
     """
     LATENCY = BecCell.LATENCY + 2
@@ -81,7 +83,7 @@ class FusedCell(wiring.Component):
         bits = config.refined.cost.neighbours
         super().__init__({
             "left": In(Column()), "right": In(Column()), "left_census": In(bits), "right_census": In(bits), "inside": In(1),
-            "valid1": In(1), "valid4": In(1), "valid6": In(1),
+            "valid1": In(1), "valid4": In(1),
             "cost": Out(range(config.refined.cost.maximum + 1)),
         })
 
@@ -94,22 +96,19 @@ class FusedCell(wiring.Component):
             matching_cost.valid1.eq(self.valid1), matching_cost.valid4.eq(self.valid4),
         ]
 
-        # Stages 1 to 4: the Hamming distance; first of pairs of bits, which fit a table of four inputs, then two sums a stage. It is held
-        # at 0 outside the picture.
+        # Stages 1 to 4: the Hamming distance; first of pairs of bits, which fit a table of four inputs, then two sums a stage.
         bits = range(0, parameters.neighbours, 2)
         differ = self.left_census ^ self.right_census
         counts = [differ[n] + differ[n + 1] if n + 1 < parameters.neighbours else differ[n] for n in bits]
         for stage, levels in enumerate((0, 2, 2, 2), 1):
             for _ in range(levels):
                 counts = [counts[n] + counts[n + 1] if n + 1 < len(counts) else counts[n] for n in range(0, len(counts), 2)]
-            if stage == BecCell.INSIDE_LATER + 1:
-                counts = [Mux(matching_cost.inside_later, count, 0) for count in counts]
             registers = [Signal.like(Value.cast(count), name=f"differ_{stage}_{n}", reset_less=True) for n, count in enumerate(counts)]
             m.d.sync += [register.eq(count) for register, count in zip(registers, counts)]
             counts = registers
         distance, = counts or [Const(0, 1)]
 
-        # Stages 5 and 6: its weight.
+        # Stages 5 and 6: its weight, 0 outside the picture.
         terms = [(sign, distance << shift) for sign, shift in signed_digits(parameters.census_weight)][::-1]
         pairs = []
         for n in range(0, len(terms), 2):
@@ -118,8 +117,10 @@ class FusedCell(wiring.Component):
             pairs.append((1, pair))
         weighted = Signal(range(parameters.census_weight * parameters.neighbours + 1), reset_less=True)
         m.d.sync += weighted.eq(_sum(pairs))
+        with m.If(~matching_cost.cost_inside):
+            m.d.sync += weighted.eq(0)
 
-        # Stage 6: the first term, of the pixel before; outside the picture `cost_outside`.
+        # Stage 6: the first term; outside the picture `cost_outside`.
         energy = (~matching_cost.cost).as_unsigned()[:len(matching_cost.cost)]
         outside = Const(parameters.cost_outside << parameters.cost_shift)
         counted = [(sign, energy << shift) for sign, shift in signed_digits(parameters.cost_factor)]
@@ -132,11 +133,8 @@ class FusedCell(wiring.Component):
         with m.Else():
             m.d.sync += first.eq(_sum(counted))
 
-        # Stage 7: both; the distance is delayed by a column, as the matching cost needs its right difference.
-        before = Signal.like(weighted, reset_less=True)
-        with m.If(self.valid6):
-            m.d.sync += before.eq(weighted)
-        total: Value = (first + before) >> parameters.cost_shift
+        # Stage 7: both.
+        total: Value = (first + weighted) >> parameters.cost_shift
         if parameters.cap < parameters.inside_max:
             total = Mux(total > parameters.cap, parameters.cap, total)
         m.d.sync += data_register(m, self.cost).eq(total)
@@ -196,7 +194,7 @@ class FusedGroup(wiring.Component):
         m = Module()
         config, bits = self.config, self.config.data_bits
         valid = [self.i.valid]
-        for stage in range(1, 7):
+        for stage in range(1, 5):
             valid.append(Signal(name=f"valid{stage}"))
             m.d.sync += valid[stage].eq(valid[stage - 1])
 
@@ -206,7 +204,7 @@ class FusedGroup(wiring.Component):
             m.d.comb += [
                 cell.left.eq(self.i.left), cell.left_census.eq(self.i.left_census),
                 cell.right.eq(seen["right"]), cell.right_census.eq(seen["right_census"]), cell.inside.eq(inside),
-                cell.valid1.eq(valid[1]), cell.valid4.eq(valid[4]), cell.valid6.eq(valid[6]),
+                cell.valid1.eq(valid[1]), cell.valid4.eq(valid[4]),
             ]
             costs.append(cell.cost)
         if config.method_as(Fused).vertical:

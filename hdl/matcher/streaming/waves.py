@@ -20,7 +20,8 @@ __all__ = ["Completion", "Issue", "Pixel", "VerticalWave", "Wave", "WaveSource"]
 
 
 class Wave(data.StructLayout):
-    """A column at label ``d``: left at ``x``, right at ``x - d``; with the further fields that ``columns`` has of either side.
+    """A column at label ``d``: left at ``x``, right at ``x - d``; with the further fields that ``columns`` has of either side, which are
+    those at ``x - 1``, as a wave completes the costs there.
 
     ``inside``: the right column lies in the picture; ``pre``: it is padding before a line. ``in_use``: labels in use, with
     or without ``valid``.
@@ -193,7 +194,7 @@ class WaveSource(wiring.Component):
         # The wave.
         o = self.o
         inside = ~pre & ~past & reached if self.shifts else ~pre
-        more = {name: now[name] for name in o.wave.shape().members if name.startswith(("left_", "right_"))}
+        more = {name: before[name] for name in o.wave.shape().members if name.startswith(("left_", "right_"))}
         waves = {"pre": pre, "left": now.left, "right": now.right, "inside": inside, **more}
         m.d.sync += [data_register(m, o.wave[field], f"wave_{field}").eq(value) for field, value in waves.items()]
 

@@ -6,7 +6,7 @@ import re
 
 import pytest
 
-from golden.config import FUSED_1, RECURSIVE_1, Arithmetic, Engine, MatcherConfig, OnePass
+from golden.config import FUSED_1, RECURSIVE_1, RECURSIVE_2, Arithmetic, Engine, MatcherConfig, OnePass
 from hdl.matcher.census import CensusStage
 from hdl.matcher.matcher import Matcher
 from hdl.matcher.methods import METHODS
@@ -30,7 +30,7 @@ PAGE = (pathlib.Path(__file__).parents[3] / "docs" / "architecture.md").read_tex
 SEQUENTIAL, STREAMING = (MatcherConfig(80, 720, method=OnePass(arithmetic), engine=engine)
                          for arithmetic, engine in ((Arithmetic.THESIS, Engine.SEQUENTIAL), (Arithmetic.LINEAR, Engine.STREAMING)))
 FUSED = MatcherConfig(80, 720, method=FUSED_1)
-RECURSIVE = MatcherConfig(80, 720, method=RECURSIVE_1)
+RECURSIVE, RECURSIVE_BELOW = (MatcherConfig(80, 720, method=method) for method in (RECURSIVE_1, RECURSIVE_2))
 
 
 @pytest.fixture(autouse=True)
@@ -89,16 +89,14 @@ def test_sequential_engine():
 
 
 @pytest.mark.parametrize("part, config", [("sequential engine", SEQUENTIAL), ("streaming engine", STREAMING), ("*fused-1*", FUSED),
-                                          ("*recursive-1*", RECURSIVE)])
+                                          ("*recursive-1*", RECURSIVE), ("*recursive-2*", RECURSIVE_BELOW)])
 def test_matcher(part, config):
     matcher = Matcher(config)
     latency, rate = row(f"Matcher, {part}")
     assert latency == f"{matcher.latency_lines} lines and {matcher.latency_clocks} clocks"
     assert rate == (f"a pixel each {matcher.clocks_per_pixel} clocks" if config is SEQUENTIAL else
                     f"a pixel a clock on lines of {matcher.full_rate_width} pixels or more")
-    if config is RECURSIVE:
-        return
-    # The figures of the others are in the README too.
+    # They are in the README too.
     readme = (pathlib.Path(__file__).parents[3] / "README.md").read_text(encoding="utf-8")
     assert f"| {matcher.latency_lines} lines, {matcher.latency_clocks} clocks |" in readme
 

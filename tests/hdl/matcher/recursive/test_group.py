@@ -17,10 +17,6 @@ from hdl.matcher.recursive.support import Supports
 from sim.kit.clocked import run_clocked
 
 
-def limits_of(least, method):
-    return {"least": int(least), "limit": int(least) + method.propagation.spread_jump}
-
-
 @pytest.mark.parametrize("own, lower", [(5, 4), (1, 0), (7, 7)])
 @pytest.mark.parametrize("from_below", [False, True])
 def test_line_below(own, lower, from_below):
@@ -37,9 +33,11 @@ def test_line_below(own, lower, from_below):
     for y in range(lines):
         for x in range(width):
             more = {"upper_below": int(alike[max(y - 1, 0), x])} if from_below else {}
-            inputs.append({"i": {"column": x, "write": 1, "below": int(alike[y, x]), **more}, "cost": cost[y, x].tolist()})
-        inputs += [idle] * pause
+            inputs.append({"i": {"column": x, "write": 1, "below": int(alike[y, x]), **more}})
+        inputs += [{**idle} for _ in range(pause)]
     dut = LineBelowGroup(config, range(3))
+    for y, x in np.ndindex(lines, width):
+        inputs[y * (width + pause) + x + dut.COST]["cost"] = cost[y, x].tolist()
     ports = ["own", "upper_own"] if from_below else ["own"]
     out = run_clocked(dut, inputs, ports, idle=idle, drain=dut.LATENCY)
     for port, later in zip(ports, (1, 2)):
@@ -61,7 +59,7 @@ def test_mean(reach, soft_multipliers):
     left_arm, right_arm = (np.minimum(rng.integers(0, reach + 1, width), room) for room in (column, width - 1 - column))
     expected = support_means(cost, left_arm, right_arm)
     ring, start = Supports.ring_of(config), 5
-    silent = {"sums": {"enter": 0, "clear": 0, "place": 0}, "ends": {"low": 0, "high": 0, "centre": 0, "reciprocal": 0}}
+    silent = {"sums": {"enter": 0, "clear": 0, "place": 0}, "ends": {"low": 0, "high": 0, "reciprocal": 0}}
     dut = MeanGroup(config, range(3), cost_max)
     inputs = [{**silent, "cost": [0] * 3} for _ in range(width + 2 * reach + 10)]
     # The word before a line clears the sum; the one behind it keeps the last sum.
@@ -71,7 +69,7 @@ def test_mean(reach, soft_multipliers):
             inputs[1 + n]["cost"] = cost[n].tolist()
     for x in range(width):
         inputs[x + reach + 3]["ends"] = {
-            "low": int(start + x - left_arm[x]) % ring, "high": int(start + x + right_arm[x] + 1) % ring, "centre": (start + x) % ring,
+            "low": int(start + x - left_arm[x]) % ring, "high": int(start + x + right_arm[x] + 1) % ring,
             "reciprocal": 1024 // int(left_arm[x] + right_arm[x] + 1)}
     out = run_clocked(dut, inputs, ["o"], drain=dut.latency_of(config))
     given = [[out[x + reach + 3 + dut.latency_of(config)]["o"][n] for n in range(3)] for x in range(width)]
@@ -91,14 +89,14 @@ def test_costs_from_below(labels, share):
     gate, exists = rng.integers(0, method.carried_max + 1, count), rng.random(count) < 0.8
     dut = FromBelowGroup(config, range(labels))
     silent = {"write": {"write": 0, "slot": 0}, "own_write": {"tick": 0, "slot": 0}, "address": 0, "own_address": 0, "share": 0,
-              "limits": {"least": 0, "limit": 0}, "gate": {"exists": 0, "gate": 0}}
+              "least": 0, "gate": {"exists": 0, "gate": 0}}
     inputs = [{**silent} for _ in range(2 * count + dut.LATENCY)]
     for n, slot in enumerate(slots.tolist()):
         inputs[n] |= {"write": {"write": 1, "slot": slot}, "mean": mean[n].tolist(),
                       "own_write": {"tick": 1, "slot": slot}, "own": own[n].tolist()}
         at = count + n
         inputs[at]["address"] = slot
-        inputs[at + dut.LIMITS]["limits"] = limits_of(mean[n].min(), method)
+        inputs[at + dut.LEAST]["least"] = int(mean[n].min())
         inputs[at + dut.GATE]["gate"] = {"exists": int(exists[n]), "gate": int(gate[n])}
         inputs[at + dut.OWN] |= {"own_address": slot, "share": share}
     out = run_clocked(dut, inputs, ["o"], drain=2)
@@ -107,7 +105,7 @@ def test_costs_from_below(labels, share):
     np.testing.assert_array_equal(given, own + (share * low >> 3))
 
 
-@pytest.mark.parametrize("fan, labels", [(3, 2), (3, 4), (8, 3)])
+@pytest.mark.parametrize("fan, labels", [(3, 2), (3, 4), (8, 3), (8, 8)])
 def test_costs_from_above(fan, labels):
     """A line of costs is written; then the steps of the next line read, spread and gate them."""
     method = changed(RECURSIVE_1, fan=fan)
@@ -117,14 +115,14 @@ def test_costs_from_above(fan, labels):
     cost = rng.integers(0, method.data_max + 1, (width, labels))
     gates = rng.integers(0, method.carried_max + 1, (3, width))
     least = cost.min(axis=1)
-    silent = {"write": 0, "address": 0, "limits": {"least": 0, "limit": 0}, "place": 0,
+    silent = {"write": 0, "address": 0, "least": 0, "place": 0,
               "taps": dict.fromkeys(("advance", "place", "opens", "edge", "has_above", "centre", "left", "right"), 0)}
     inputs = [{**silent, "write": 1, "column": x, "cost": cost[x].tolist()} for x in range(width)]
     inputs += [{key: {**value} if isinstance(value, dict) else value for key, value in silent.items()} for _ in range(width + fan + 13)]
     for step in range(-fan, width):         # the column that is completed in the cycle of the centre tap
         at, ahead = width + step + fan, min(step + fan, width - 1)
         inputs[at]["address"] = ahead
-        inputs[at + CarriedGroup.LIMITS]["limits"] = limits_of(least[ahead], method)
+        inputs[at + CarriedGroup.LEAST]["least"] = int(least[ahead])
         inputs[at + CarriedGroup.PLACE]["place"] = (step + fan) % fan
         shown = max(step, 0)
         inputs[at + CarriedGroup.TAPS]["taps"] = {
