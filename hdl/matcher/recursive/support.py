@@ -205,8 +205,10 @@ class Supports(wiring.Component):
 
     @staticmethod
     def ring_of(config: MatcherConfig) -> int:
-        """Words of a ring: an arm, the lag, a few for starts of lines; or the lag and the cycles from a cost's entry to its last use. A power
-        of two, so that addresses wrap."""
+        """Words of a ring: an arm, the lag, a few for starts of lines; or the lag and the cycles from a cost's entry to its last use.
+
+        A power of two, so that addresses wrap.
+        """
         lag = Supports.lag_of(config)
         return 1 << (lag + max(lag + 4, 14)).bit_length()
 
