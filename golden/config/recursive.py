@@ -212,8 +212,8 @@ class Recursive:
 
     @property
     def engines(self) -> tuple[Engine, ...]:
-        """The streaming engine; none with sub-pixel disparities, which have no gateware."""
-        return () if self.refinement.sub_pixel else (Engine.STREAMING,)
+        """The streaming engine."""
+        return (Engine.STREAMING,)
 
     @property
     def matching_cost(self) -> MatchingCost:

@@ -18,11 +18,11 @@ NO_COLLISION = {"no_rw_check": 1}
 class Delay(wiring.Component):
     """Delays every word by ``clocks`` cycles.
 
-    Timing: one word a cycle, always. Short delays are flip-flops. Longer ones are a memory, read one word ahead of where it is written,
-    and a register behind it, because a memory block's read access is slow. Before the first word ``o`` is undefined, or zero with
-    ``clean``, which control bits need.
+    Timing: one word a cycle, always. Short delays are flip-flops, and so are those with ``registers``. Longer ones are a memory, read one
+    word ahead of where it is written, and a register behind it, because a memory block's read access is slow. Before the first word ``o``
+    is undefined, or zero with ``clean``, which control bits need.
 
-    Memory: ``clocks - 1`` words where the delay is longer than :attr:`LONGEST_IN_REGISTERS` cycles.
+    Memory: ``clocks - 1`` words where the delay is longer than :attr:`LONGEST_IN_REGISTERS` cycles, unless ``registers``.
 
     Parameters
     ----------
@@ -32,6 +32,8 @@ class Delay(wiring.Component):
         Cycles, from 0.
     clean : bool
         ``o`` is zero after reset until the first word.
+    registers : bool
+        Flip-flops, however long.
 
     Members
     -------
@@ -40,17 +42,18 @@ class Delay(wiring.Component):
     """
     LONGEST_IN_REGISTERS = 4
 
-    def __init__(self, shape: ShapeLike, clocks: int, *, clean: bool = False):
+    def __init__(self, shape: ShapeLike, clocks: int, *, clean: bool = False, registers: bool = False):
         if clocks < 0:
             raise ValueError(f"a delay must be at least 0 cycles, not {clocks!r}")
         self.shape = shape
         self.clocks = clocks
         self.clean = clean
+        self.in_registers = registers or clocks <= self.LONGEST_IN_REGISTERS
         super().__init__({"i": In(shape), "o": Out(shape)})
 
     def elaborate(self, platform: object) -> Module:
         m = Module()
-        if self.clocks <= self.LONGEST_IN_REGISTERS:
+        if self.in_registers:
             word = self.i
             for stage in range(self.clocks):
                 later = Signal(self.shape, name=f"stage_{stage}", reset_less=not self.clean)

@@ -15,11 +15,12 @@ from ..lines import LineStore
 from ..settings import setting_shape
 from ..stream import FLAGS, CensusWord, LabelWord, Least, copy_flags
 from ..streaming.right_view import LeftRightCheck, RightWave
+from ..streaming.sub_pixel import FRACTION, FractionCell
 from ..streaming.support import StepDelay
 from ..streaming.waves import Wave
 from .carried import CarriedSource
 from .from_below import FromBelowGroup, FromBelowSource, LowerFinal, OwnSlot
-from .group import TREE, Final, RecursiveGroup, beside_costs, recursive_groups
+from .group import TREE, Final, LeastBeside, RecursiveGroup, beside_costs, recursive_groups
 from .line_below import LineBelowWave
 from .mean import MeanGroup
 from .source import Entry, RecursiveSource, Step
@@ -31,6 +32,9 @@ __all__ = ["RecursiveArray", "RecursiveEngine"]
 
 # Pixels in flight beyond those in the pipelines: in the registers of the source's decision, of the delay of a step and of the queue.
 MARGIN = 14
+
+# Words of as many bits in flight are delayed in registers: a memory block is scarcer than these.
+_SMALL_DELAY = 128
 
 # Settings that the engine samples for the array at a frame's start.
 _SAMPLED = ("near_threshold", "far_threshold", "step_threshold", "above_share", "below_share")
@@ -60,6 +64,8 @@ class RecursiveArray(wiring.Component):
     near_threshold, far_threshold, step_threshold, above_share, and below_share with costs from below : In
         Constant from a frame's first step on.
     label : Out(range(D)), pixel : Out(SupportedPixel(config))
+    fraction : Out(FRACTION)
+        With fraction bits only: eighths of a pixel from the label; 0 at the first and at the last one.
     right : Out(range(D)), right_valid : Out(1)
         Labels of the right picture, in the order of its pixels: that of a pixel ``D`` steps after its own.
     """
@@ -72,12 +78,14 @@ class RecursiveArray(wiring.Component):
             "wave": In(Wave(config, CensusWord(config))), "entry": In(Entry(config)), "step": In(Step(config)), "completes": Out(1),
             **{name: In(setting_shape(config.settings[name])) for name in sampled_settings(config)},
             "label": Out(label), "pixel": Out(SupportedPixel(config)), "right": Out(label), "right_valid": Out(1),
+            **({"fraction": Out(FRACTION)} if config.method_as(Recursive).refinement.sub_pixel else {}),
         })
 
     @staticmethod
     def latency_of(config: MatcherConfig) -> int:
         """Cycles from a step to the label of the pixel whose support it completes."""
-        return RecursiveGroup.SUMS + 1 + RecursiveGroup.total_of(config) + TREE + len(recursive_groups(config))
+        fraction = FractionCell.LATENCY if config.method_as(Recursive).refinement.sub_pixel else 0
+        return RecursiveGroup.SUMS + 1 + RecursiveGroup.total_of(config) + TREE + len(recursive_groups(config)) + fraction
 
     @staticmethod
     def steps_behind(config: MatcherConfig) -> int:
@@ -100,7 +108,8 @@ class RecursiveArray(wiring.Component):
         m.d.comb += [carried.i.eq(step), self.completes.eq(step.completion.in_picture), *self._support(supports, step)]
 
         def later(name: str, value: Value, cycles: int, clean: bool = False) -> Value:
-            m.submodules[name] = delay = Delay(value.shape(), cycles, clean=clean)
+            small = cycles * Shape.cast(value.shape()).width <= _SMALL_DELAY
+            m.submodules[name] = delay = Delay(value.shape(), cycles, clean=clean, registers=small)
             m.d.comb += delay.i.eq(value)
             return delay.o
 
@@ -150,7 +159,9 @@ class RecursiveArray(wiring.Component):
             }
         wave = later("wave", self.wave, RecursiveGroup.WAVE, clean=True)
         # Nothing enters the lowest group from below.
-        inputs |= {"right": Signal(RightWave(config)), "least": Signal(Least(method.data_max.bit_length(), config.labels))}
+        inputs |= {"right": Signal(RightWave(config)), "least": Signal(LeastBeside(config))}
+        if method.refinement.sub_pixel:
+            inputs["top"] = Signal(config.data_bits)
         if self.from_below:
             inputs["lower_least"] = Signal(Least(method.own_max.bit_length(), config.labels))
         before = None
@@ -177,8 +188,17 @@ class RecursiveArray(wiring.Component):
         # The label, with its pixel; the least cost, for the next line.
         pixel = later("pixel", pixel, total + TREE + top, clean=True)
         m.d.comb += [
-            self.label.eq(least.index), self.pixel.eq(pixel),
             carried.write.eq(pixel.in_picture), carried.column.eq(pixel.column), carried.least.eq(~least.value),
+        ]
+        if not method.refinement.sub_pixel:
+            m.d.comb += [self.label.eq(least.index), self.pixel.eq(pixel)]
+            return m
+        m.submodules.fraction = fraction = FractionCell(config)
+        m.d.comb += [
+            fraction.before.eq(least.beside.before), fraction.centre.eq(least.value), fraction.after.eq(least.beside.after),
+            self.label.eq(later("label", least.index, FractionCell.LATENCY)),
+            self.pixel.eq(later("pixel_later", pixel, FractionCell.LATENCY, clean=True)),
+            self.fraction.eq(Mux((self.label == 0) | (self.label == config.labels - 1), 0, fraction.fraction)),
         ]
         return m
 
@@ -202,10 +222,11 @@ class RecursiveArray(wiring.Component):
 
 
 class Checked(data.StructLayout):
-    """A label on its way to its check."""
+    """A label on its way to its check, with its fraction if disparities have fraction bits."""
     def __init__(self, config: MatcherConfig):
+        fraction = {"fraction": Shape.cast(FRACTION)} if config.method_as(Recursive).refinement.sub_pixel else {}
         super().__init__({
-            "valid": 1, "label": range(config.labels), "x": range(config.max_width), "grey": PIXEL_BITS,
+            **fraction, "valid": 1, "label": range(config.labels), "x": range(config.max_width), "grey": PIXEL_BITS,
             "size": LabelWord(config)["size"].shape, **FLAGS,
         })
 
@@ -236,8 +257,6 @@ class RecursiveEngine(wiring.Component):
     def __init__(self, config: MatcherConfig):
         self.config = config
         method = config.method_as(Recursive)
-        if not method.engines:
-            raise ValueError("sub-pixel disparities of the method recursive have no gateware; leave out sub_pixel")
         self.lag = Supports.lag_of(config)
         self.lines_below = 1 + method.propagation.from_below
         self.settings = ("in_use", *sampled_settings(config), "minimum", "check")
@@ -245,7 +264,7 @@ class RecursiveEngine(wiring.Component):
         flush = RecursiveArray.steps_behind(config) + self.lag + method.propagation.fan + max(config.labels, self._pipeline) + 4
         self.source = RecursiveSource(config, flush)
         self.array = RecursiveArray(config)
-        self.checker = LeftRightCheck(config, config.labels + config.lead + 8)
+        self.checker = LeftRightCheck(config, config.labels + config.lead + FractionCell.LATENCY + 8)
         self.queue_depth = self.lag + config.labels + self._pipeline + LeftRightCheck.LATENCY + MARGIN
         super().__init__({
             "i": In(stream.Signature(CensusWord(config))),
@@ -296,6 +315,7 @@ class RecursiveEngine(wiring.Component):
     def elaborate(self, platform: object) -> Module:
         m = Module()
         config = self.config
+        method = config.method_as(Recursive)
         m.submodules.source = source = self.source
         m.submodules.array = array = self.array
         m.submodules.check = check = self.checker
@@ -316,6 +336,7 @@ class RecursiveEngine(wiring.Component):
             waiting.step.eq(pixel.step), waiting.i.valid.eq(pixel.in_picture), waiting.i.label.eq(array.label),
             waiting.i.x.eq(pixel.column), waiting.i.grey.eq(pixel.grey), waiting.i.size.eq(bit_length(pixel.size)),
             *copy_flags(waiting.i, pixel),
+            *([waiting.i.fraction.eq(array.fraction)] if method.refinement.sub_pixel else []),
         ]
         stepped = Signal(StepDelay.LATENCY)
         m.d.sync += stepped.eq(Cat(pixel.step, stepped))
@@ -337,12 +358,15 @@ class RecursiveEngine(wiring.Component):
         m.submodules.checked = checked = Delay(Checked(config), check.LATENCY, clean=True)
         m.d.comb += [checked.i.eq(word), checked.i.valid.eq(valid)]
 
+        label: Value = checked.o.label
+        if method.refinement.sub_pixel:
+            label = checked.o.label * method.disparity_scale + Mux(check.passed, checked.o.fraction, 0)
         m.submodules.queue = queue = Queue(LabelWord(config), self.queue_depth)
         m.submodules.register = register = StreamRegister(LabelWord(config))
         wiring.connect(m, queue.o, register.i)
         wiring.connect(m, register.o, wiring.flipped(self.o))
         m.d.comb += [
-            queue.i.valid.eq(checked.o.valid), queue.i.p.label.eq(checked.o.label), queue.i.p.passed.eq(check.passed),
+            queue.i.valid.eq(checked.o.valid), queue.i.p.label.eq(label), queue.i.p.passed.eq(check.passed),
             queue.i.p.size.eq(checked.o.size), queue.i.p.grey.eq(checked.o.grey), *copy_flags(queue.i.p, checked.o),
         ]
 

@@ -8,7 +8,7 @@ from amaranth.lib.wiring import In, Out
 
 from golden.config import MatcherConfig, Propagation, Recursive
 
-from ...parts.delay import NO_COLLISION, data_register
+from ...parts.delay import NO_COLLISION, Delay, data_register
 from ..stream import CensusWord, Least
 from ..streaming.fused_array import FusedCell
 from ..streaming.labels import groups_of, least_of, seen_along, tree_of
@@ -22,7 +22,7 @@ from .source import SLOTS
 from .support import Mean, Summand, Supports, share_of
 
 
-__all__ = ["LABELS_PER_GROUP", "TREE", "Final", "RecursiveGroup", "recursive_groups"]
+__all__ = ["LABELS_PER_GROUP", "TREE", "Final", "LeastBeside", "RecursiveGroup", "recursive_groups"]
 
 
 #: Labels that work in the same cycle: twice as many as in the other arrays, because the words of the rings then fill memory blocks better.
@@ -35,6 +35,19 @@ TREE = tree_of(LABELS_PER_GROUP)
 def recursive_groups(config: MatcherConfig) -> list[range]:
     """The labels of each group."""
     return groups_of(config, LABELS_PER_GROUP)
+
+
+class Beside(data.StructLayout):
+    """Complements of the costs of the labels before and after one; ``open``: the one after is the first of the group above."""
+    def __init__(self, config: MatcherConfig):
+        super().__init__({"before": config.data_bits, "after": config.data_bits, "open": 1})
+
+
+class LeastBeside(data.StructLayout):
+    """As :class:`hdl.matcher.stream.Least`, with the costs beside it if disparities have fraction bits."""
+    def __init__(self, config: MatcherConfig):
+        beside = {"beside": Beside(config)} if config.method_as(Recursive).refinement.sub_pixel else {}
+        super().__init__({"value": config.data_bits, "index": range(config.labels), **beside})
 
 
 class Final(data.StructLayout):
@@ -96,7 +109,9 @@ class RecursiveGroup(wiring.Component):
     lower_i, lower_o, upper_i, upper_o : range(data_max + 1)
         As of :class:`hdl.matcher.recursive.spread.SpreadGroup`. With costs from below, the same of the means: ``mean_lower_i`` and so on.
     right_i, right_o : RightWave(config)
-    least_i, least_o : Least(data_bits, D)
+    top_i, top_o : data_bits
+        With fraction bits only: complement of the cost of the label below the group's, due with the costs, and that of its top label.
+    least_i, least_o : LeastBeside(config)
         Complement of the least cost; the smaller label on a tie. With costs from below ``lower_least_i`` and ``lower_least_o`` of means.
     costs : Out(ArrayLayout(range(data_max + 1), n))
         ``A``, in step with ``final_i``.
@@ -116,7 +131,9 @@ class RecursiveGroup(wiring.Component):
         self.labels = labels
         method = config.method_as(Recursive)
         wave, cost = Wave(config, CensusWord(config)), range(method.data_max + 1)
-        leasts = {"least": Least(method.data_max.bit_length(), config.labels)}
+        leasts: dict[str, ShapeLike] = {"least": LeastBeside(config)}
+        if method.refinement.sub_pixel:
+            leasts["top"] = config.data_bits
         if method.propagation.from_below:
             leasts["lower_least"] = Least(method.own_max.bit_length(), config.labels)
         passed = passed_words(config) | leasts | {"right": RightWave(config)}
@@ -201,7 +218,25 @@ class RecursiveGroup(wiring.Component):
             right = cell.o
         # To the group above, a cycle later: the state of the top label before this wave.
         m.d.sync += self.right_o.eq(right)
-        least_of(m, [~cost for cost in self.costs], self.labels[0], self.least_i, self.least_o, LABELS_PER_GROUP)
+        values = [~cost for cost in self.costs]
+        if not method.refinement.sub_pixel:
+            least_of(m, values, self.labels[0], self.least_i, self.least_o, LABELS_PER_GROUP)
+            return m
+
+        # The costs beside each label go along with it; the one after the top label of the group below is the first one here.
+        m.d.sync += data_register(m, self.top_o).eq(values[-1])
+        beside = []
+        for n in range(count):
+            word = Signal(Beside(config), name=f"beside_{n}")
+            m.d.comb += [word.before.eq(values[n - 1] if n else self.top_i), word.open.eq(n == count - 1)]
+            m.d.comb += word.after.eq(values[n + 1] if n + 1 < count else 0)
+            beside.append(word)
+        m.submodules.first = first = Delay(config.data_bits, TREE)
+        least = Signal(LeastBeside(config))
+        m.d.comb += [first.i.eq(values[0]), least.eq(self.least_i)]
+        with m.If(self.least_i.beside.open):
+            m.d.comb += [least.beside.after.eq(first.o), least.beside.open.eq(0)]
+        least_of(m, values, self.labels[0], least, self.least_o, LABELS_PER_GROUP, beside=beside)
         return m
 
     def _add_from_below(self, m: Module, below: LineBelowGroup) -> data.View:

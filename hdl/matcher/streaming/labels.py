@@ -30,14 +30,15 @@ TREE = tree_of(LABELS_PER_GROUP)
 
 
 def least_of(m: Module, values: Sequence[Value], first: int, least_i: data.View, least_o: data.View,
-             labels_per_group: int = LABELS_PER_GROUP, prefix: str = "") -> None:
+             labels_per_group: int = LABELS_PER_GROUP, prefix: str = "", beside: Sequence[Value] | None = None) -> None:
     """The least of a group and of those below it; all are complements, hence the greatest. The smaller label wins a tie.
 
     ``least_i`` is due :func:`tree_of` ``labels_per_group`` cycles after ``values``, ``least_o`` is valid a cycle later. ``prefix``: of the
-    names of signals.
+    names of signals. ``beside``, with ``values``: what goes along with each, in a field of that name.
     """
     # In order of labels.
     rivals = [(value, Const(0, 0)) for value in values]
+    besides = list(beside or ())
     for level in range(tree_of(labels_per_group)):
         winners = []
         for n in range(0, len(rivals), 2):
@@ -47,14 +48,19 @@ def least_of(m: Module, values: Sequence[Value], first: int, least_i: data.View,
             above = high > low
             m.d.sync += [value.eq(Mux(above, high, low)), index.eq(Mux(above, Cat(high_index, Const(1, 1)), low_index))]
             winners.append((value, index))
-        rivals = winners
+            if beside:
+                later = Signal.like(besides[n], name=f"{prefix}beside_{level}_{n // 2}", reset_less=True)
+                m.d.sync += later.eq(Mux(above, besides[min(n + 1, len(rivals) - 1)], besides[n]))
+                besides[n // 2] = later     # those before it have been used
+        rivals, besides = winners, besides[:len(winners)]
     (value, index), = rivals
     register = data_register(m, least_o)
+    along = [register.beside.eq(besides[0])] if beside else []
     if first == 0:
-        m.d.sync += [register.value.eq(value), register.index.eq(index)]
+        m.d.sync += [register.value.eq(value), register.index.eq(index), *along]
     else:
         with m.If(value > least_i.value):
-            m.d.sync += [register.value.eq(value), register.index.eq(first + index)]
+            m.d.sync += [register.value.eq(value), register.index.eq(first + index), *along]
         with m.Else():
             m.d.sync += register.eq(least_i)
 

@@ -11,7 +11,6 @@ from hdl.matcher.matcher import Matcher
 from hdl.matcher.settings import setting_ports
 from sim.kit.cases import comparable, field_words, noise, pixel_words
 from sim.kit.streams import run_stream
-from tests.kit import refused_components
 
 from .matcher_runs import after_reset, run_script
 from .ragged import MAX_WIDTH, RAGGED, repaired
@@ -51,6 +50,7 @@ def words_of(pair, config):
     (config_of(6, 60, from_below=True, near_threshold=40, far_threshold=30, step_threshold=50, reach=31), 50, 5, 0.3),
     (config_of(6, 24, from_below=True, minimum=-5, lower_share=0, own_share=7), 24, 4, 0.0),
     (config_of(6, 30, soft_multipliers=True), 30, 4, 0.0),
+    (config_of(11, 40, sub_pixel=True, minimum=2), 40, 6, 0.3),                           # labels of two groups beside each other
     *(pytest.param(config_of(13, 90, minimum=3), 90, 5, stall, marks=pytest.mark.slow) for stall in (0.0, 0.3)),
     *(pytest.param(config_of(26, 110), 110, 4, stall, marks=pytest.mark.slow) for stall in (0.0, 0.3)),
     *(pytest.param(config_of(26, 250, from_below=True), 250, 4, stall, marks=pytest.mark.slow) for stall in (0.0, 0.3)),
@@ -166,6 +166,3 @@ def test_reset_in_mid_frame(cut):
     assert given == words_of((left, right), config)
 
 
-def test_refused():
-    with refused_components(), pytest.raises(ValueError, match="sub-pixel disparities of the method recursive have no gateware"):
-        Matcher(config_of(6, 40, sub_pixel=True))

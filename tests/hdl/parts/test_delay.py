@@ -11,10 +11,12 @@ from sim.kit.streams import run_stream
 
 
 @pytest.mark.parametrize("clean", [False, True])
-@pytest.mark.parametrize("clocks", [0, 1, 4, 5, 6, 8, 9, 31])
-def test_delay(clocks, clean):
+@pytest.mark.parametrize("clocks, registers", [*((clocks, False) for clocks in (0, 1, 4, 5, 6, 8, 9, 31)), (2, True), (9, True)])
+def test_delay(clocks, registers, clean):
     words = np.random.default_rng(1).integers(0, 256, 100).tolist()
-    out = [cycle["o"] for cycle in run_clocked(Delay(8, clocks, clean=clean), [{"i": word} for word in words], ["o"])]
+    delay = Delay(8, clocks, clean=clean, registers=registers)
+    assert delay.in_registers == (registers or clocks <= 4)
+    out = [cycle["o"] for cycle in run_clocked(delay, [{"i": word} for word in words], ["o"])]
     assert out[clocks:] == words[:len(words) - clocks]
     if clean:
         assert out[:clocks] == [0] * clocks
