@@ -241,9 +241,6 @@ def gateware_config(options: argparse.Namespace, disparities: int, max_width: in
         raise UserError(f"--arithmetic float has no gateware; choose {others}, or use python -m golden match")
     config = method_config(options, disparities, Arithmetic.THESIS if options.engine is Engine.SEQUENTIAL else Arithmetic.LINEAR, max_width)
     engines = config.method.engines
-    if not engines:
-        raise UserError(f"--method {named.name} has no gateware with these parameters; leave out --parameters and --sub-pixel, or use "
-                        "python -m golden match")
     engine = options.engine or (Engine.STREAMING if Engine.STREAMING in engines else engines[0])
     if engine not in engines:
         if chooses:

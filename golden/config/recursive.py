@@ -122,6 +122,7 @@ class Propagation:
         Cost of a neighbouring label, and of any other one, in the costs that are carried on; ``1..127``.
     gate_numerator, gate_offset, gate_floor : int
         Costs carried over a difference of ``dI`` grey levels are at most ``max(gate_floor, gate_numerator // (gate_offset + dI))``.
+        Settings.
     fan : int
         Columns to the left and to the right at which the line above is looked at too, pixels, ``3..31``.
     above_share, below_share : int
@@ -203,6 +204,9 @@ class Recursive:
         "step_threshold": ("difference of a support's pixel from the one before it", "grey levels"),
         "above_share": ("share of the costs from above", "eighths"),
         "below_share": ("share of the costs from below", "eighths"),
+        "gate_numerator": ("gates of carried costs: this over offset and difference", "grey levels"),
+        "gate_offset": ("gates: added to the difference of grey levels", "grey levels"),
+        "gate_floor": ("gates: the least", "costs"),
     }
 
     @property
@@ -274,7 +278,7 @@ class Recursive:
 
     def settings(self, minimum: int) -> Mapping[str, Setting]:
         """Thresholds and shares, the least disparity, and the switches of the refinement."""
-        numbers = {name: Setting(self.LIMITS[name][-1], value, self.SETTINGS[name][0], unit=self.SETTINGS[name][1])
+        numbers = {name: Setting(self.LIMITS[name][-1], value, self.SETTINGS[name][0], self.LIMITS[name][0], self.SETTINGS[name][1])
                    for name, value in self._parameters().items()}
         switches = {name: Setting(1, int(getattr(self.refinement, name)), what) for name, what in self.SWITCHES.items()}
         return {**numbers, "minimum": Setting(2**MINIMUM_BITS - 1, minimum, "least disparity", min(minimum, 0), "pixels"), **switches}

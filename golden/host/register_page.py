@@ -104,7 +104,7 @@ _SECTIONS = {
 
 def _further(registers: RegisterMap) -> list[str]:
     """Settings that other methods have, with the parameters that have them."""
-    methods = {f"`{name}`": method() for name, method in METHODS.items()} | {"`recursive`, *recursive-2*": RECURSIVE_2}
+    methods = {name: method() for name, method in METHODS.items()} | {"*recursive-2*": RECURSIVE_2}
     lines, seen = [], {register.name for register in registers}
     for about, method in methods.items():
         for register in register_map(MatcherConfig(method=method)).of(Kind.SETTING):

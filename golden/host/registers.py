@@ -177,8 +177,8 @@ _OFF_ON = {0: "off", 1: "on"}
 _SETTINGS = {
     "u1": 0x10, "u2": 0x11, "u3": 0x12, "in_use": 0x13, "minimum": 0x17, "check": 0x18, "fill": 0x19, "median": 0x1A,
     "census_threshold": 0x1B, "near_threshold": 0x1C, "far_threshold": 0x1D, "step_threshold": 0x1E, "above_share": 0x1F,
-    "below_share": 0x22}
-_OTHER_SETTINGS = range(0x23, 0x30)
+    "below_share": 0x22, "gate_numerator": 0x23, "gate_offset": 0x24, "gate_floor": 0x25}
+_OTHER_SETTINGS = range(0x26, 0x30)
 
 
 def _setup_status() -> Iterator[tuple[str, str, Mapping[int, str]]]:

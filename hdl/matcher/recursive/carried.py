@@ -9,11 +9,12 @@ from golden.config import PIXEL_BITS, MatcherConfig, Propagation, Recursive
 
 from ...parts.delay import NO_COLLISION, Delay, data_register
 from ...parts.line_memory import LineMemory
+from .gates import GateTable, GateWord
 from .source import Step
 from .spread import SpreadGroup
 
 
-__all__ = ["CarriedGroup", "CarriedSource", "Taps", "gate_of"]
+__all__ = ["CarriedGroup", "CarriedSource", "Taps"]
 
 
 class Taps(data.StructLayout):
@@ -31,24 +32,18 @@ class Taps(data.StructLayout):
         })
 
 
-def gate_of(propagation: Propagation, difference: Value) -> Value:
-    """The gate of a difference of grey levels: a table up to the power of two from which on it is the same."""
-    gate = propagation.gate
-    bits = next(bits for bits in range(len(difference) + 1) if len({*gate[1 << bits:]}) <= 1)
-    return Mux(difference >= 1 << bits, gate[-1], Array(gate[:1 << bits])[difference[:bits]])
-
-
 class CarriedSource(wiring.Component):
     """Addresses, limits and gates for the costs from the line above; golden: :func:`golden.matcher.recursive.neighbours.from_above`.
 
     Timing: ``address`` in the cycle of ``i``, ``pixel_least`` :attr:`CarriedGroup.LEAST` cycles after it, ``place``
     :attr:`CarriedGroup.PLACE`, ``taps`` :attr:`CarriedGroup.TAPS`.
 
-    Memory: ``max_width`` grey levels and least costs; a ring of ``fan`` pairs of grey levels.
+    Memory: ``max_width`` grey levels and least costs; a ring of ``fan`` pairs of grey levels; three tables of gates.
 
     Members
     -------
     i : In(Step(config))
+    gates : In(GateWord(config))
     write : In(1), column : In(range(max_width)), least : In(range(data_max + 1))
         The least cost of a pixel of this line, for the next one.
     address : Out(range(max_width))
@@ -61,7 +56,8 @@ class CarriedSource(wiring.Component):
         self.config = config
         method = config.method_as(Recursive)
         super().__init__({
-            "i": In(Step(config)), "write": In(1), "column": In(range(config.max_width)), "least": In(range(method.data_max + 1)),
+            "i": In(Step(config)), "gates": In(GateWord(config)),
+            "write": In(1), "column": In(range(config.max_width)), "least": In(range(method.data_max + 1)),
             "address": Out(range(config.max_width)), "pixel_least": Out(range(method.data_max + 1)),
             "place": Out(range(method.propagation.fan)), "taps": Out(Taps(config)),
         })
@@ -127,15 +123,14 @@ class CarriedSource(wiring.Component):
             m.d.sync += opening.eq(centre)
 
         # Differences at 3, absolute at 4, gates at 5.
-        gates = {}
+        gates: dict[str, Value] = {}
         for name, value in (("centre", centre), ("left", left), ("right", right)):
             difference = Signal(signed(PIXEL_BITS + 1), name=f"difference_{name}", reset_less=True)
             absolute   = Signal(PIXEL_BITS, name=f"absolute_{name}", reset_less=True)
-            gates[name] = Signal(range(method.carried_max + 1), name=f"gate_{name}", reset_less=True)
-            m.d.sync += [
-                difference.eq(stages[2].grey - value), absolute.eq(Mux(difference < 0, -difference, difference)),
-                gates[name].eq(gate_of(propagation, absolute)),
-            ]
+            m.submodules[f"table_{name}"] = table = GateTable(config)
+            m.d.sync += [difference.eq(stages[2].grey - value), absolute.eq(Mux(difference < 0, -difference, difference))]
+            m.d.comb += [table.i.eq(self.gates), table.difference.eq(absolute)]
+            gates[name] = table.gate
         of_step = ("advance", "opens", "edge", "has_above")
         control = data.StructLayout({"place": place.shape(), **dict.fromkeys(of_step, 1)})
         m.submodules.control = control_later = Delay(control, CarriedGroup.TAPS)

@@ -20,6 +20,7 @@ from ..streaming.support import StepDelay
 from ..streaming.waves import Wave
 from .carried import CarriedSource
 from .from_below import FromBelowGroup, FromBelowSource, LowerFinal, OwnSlot
+from .gates import GateFill, GateWord
 from .group import TREE, Final, LeastBeside, RecursiveGroup, beside_costs, recursive_groups
 from .line_below import LineBelowWave
 from .mean import MeanGroup
@@ -59,6 +60,8 @@ class RecursiveArray(wiring.Component):
     -------
     wave : In(Wave(config, CensusWord(config))), entry : In(Entry(config)), step : In(Step(config))
         Of :class:`hdl.matcher.recursive.source.RecursiveSource`.
+    gates : In(GateWord(config))
+        Of :class:`hdl.matcher.recursive.gates.GateFill`.
     completes : Out(1)
         A pixel is completed; its label will follow.
     near_threshold, far_threshold, step_threshold, above_share, and below_share with costs from below : In
@@ -75,7 +78,8 @@ class RecursiveArray(wiring.Component):
         self.source = CarriedSource(config)
         label = range(config.labels)
         super().__init__({
-            "wave": In(Wave(config, CensusWord(config))), "entry": In(Entry(config)), "step": In(Step(config)), "completes": Out(1),
+            "wave": In(Wave(config, CensusWord(config))), "entry": In(Entry(config)), "step": In(Step(config)),
+            "gates": In(GateWord(config)), "completes": Out(1),
             **{name: In(setting_shape(config.settings[name])) for name in sampled_settings(config)},
             "label": Out(label), "pixel": Out(SupportedPixel(config)), "right": Out(label), "right_valid": Out(1),
             **({"fraction": Out(FRACTION)} if config.method_as(Recursive).refinement.sub_pixel else {}),
@@ -105,7 +109,10 @@ class RecursiveArray(wiring.Component):
         step = self._step(m)
         m.submodules.carried = carried = self.source
         m.submodules.supports = supports = Supports(config, RecursiveGroup.SUMS, Step(config), SupportedPixel(config))
-        m.d.comb += [carried.i.eq(step), self.completes.eq(step.completion.in_picture), *self._support(supports, step)]
+        m.d.comb += [
+            carried.i.eq(step), carried.gates.eq(self.gates), self.completes.eq(step.completion.in_picture),
+            *self._support(supports, step),
+        ]
 
         def later(name: str, value: Value, cycles: int, clean: bool = False) -> Value:
             small = cycles * Shape.cast(value.shape()).width <= _SMALL_DELAY
@@ -144,8 +151,9 @@ class RecursiveArray(wiring.Component):
             m.submodules.from_below = lower = FromBelowSource(config)
             kept, slot = Signal(LowerFinal(config)), Signal(OwnSlot(config))
             m.d.comb += [
-                *self._support(lower_supports, entry), lower.i.eq(step), kept.write.eq(lower_supports.pixel.in_picture),
-                kept.slot.eq(lower_supports.pixel.slot), slot.tick.eq(entry.tick), slot.slot.eq(entry.slot),
+                *self._support(lower_supports, entry), lower.i.eq(step), lower.gates.eq(self.gates),
+                kept.write.eq(lower_supports.pixel.in_picture), kept.slot.eq(lower_supports.pixel.slot),
+                slot.tick.eq(entry.tick), slot.slot.eq(entry.slot),
             ]
             kept_later = later("kept", kept, MeanGroup.latency_of(config), clean=True)
             m.d.comb += lower.write.eq(later("kept_top", kept_later, TREE + top, clean=True))
@@ -237,7 +245,8 @@ class RecursiveEngine(wiring.Component):
     Golden: :func:`golden.matcher.recursive.method.stages`.
 
     The only feedback is from a line to the next one: there is no loop within a line. The array never stalls; a pixel is completed only
-    while the output queue has room for all that are in flight.
+    while the output queue has room for all that are in flight. The third line of a frame with other gates than the one before waits until
+    the tables are filled, :attr:`hdl.matcher.recursive.gates.GateFill.CLOCKS` cycles after the frame's start.
 
     Timing: a pixel a cycle, and :attr:`padding_clocks` and :attr:`preroll_clocks` more a line; :attr:`latency` cycles from a step to the
     label that it makes known.
@@ -247,7 +256,8 @@ class RecursiveEngine(wiring.Component):
     i : In(stream.Signature(CensusWord(config)))
         With one line below the picture, or two with costs from below, see :class:`hdl.matcher.lines.LineStore`.
     o : Out(stream.Signature(LabelWord(config)))
-    in_use, near_threshold, far_threshold, step_threshold, above_share, below_share with costs from below, minimum, check
+    in_use, near_threshold, far_threshold, step_threshold, above_share, below_share with costs from below, gate_numerator, gate_offset,
+    gate_floor, minimum, check
         Settings; sampled as the first column of a frame is accepted.
     """
     clocks_per_pixel = 1
@@ -259,7 +269,7 @@ class RecursiveEngine(wiring.Component):
         method = config.method_as(Recursive)
         self.lag = Supports.lag_of(config)
         self.lines_below = 1 + method.propagation.from_below
-        self.settings = ("in_use", *sampled_settings(config), "minimum", "check")
+        self.settings = ("in_use", *sampled_settings(config), *GateFill.SETTINGS, "minimum", "check")
         # What a label needs: its support, the right picture's labels, and the pipelines.
         flush = RecursiveArray.steps_behind(config) + self.lag + method.propagation.fan + max(config.labels, self._pipeline) + 4
         self.source = RecursiveSource(config, flush)
@@ -322,6 +332,9 @@ class RecursiveEngine(wiring.Component):
         wiring.connect(m, wiring.flipped(self.i), source.i)
         m.d.comb += [source.in_use.eq(self.in_use), source.minimum.eq(self.minimum), array.wave.eq(source.wave),
                      array.entry.eq(source.entry), array.step.eq(source.o)]
+        m.submodules.gates = gates = GateFill(config)
+        m.d.comb += [gates.start.eq(source.starts_frame), source.hold.eq(gates.busy), array.gates.eq(gates.o)]
+        m.d.comb += [getattr(gates, name).eq(getattr(self, name)) for name in GateFill.SETTINGS]
         sampled = sampled_settings(config)
         held = Signal(data.StructLayout({name: setting_shape(config.settings[name]) for name in (*sampled, "minimum", "check")}),
                       reset_less=True)

@@ -8,7 +8,7 @@ from amaranth.lib.wiring import In, Out
 from golden.config import PIXEL_BITS, MatcherConfig, Propagation, Recursive
 
 from ...parts.delay import NO_COLLISION, Delay, data_register
-from .carried import gate_of
+from .gates import GateTable, GateWord
 from .source import SLOTS, Step
 from .spread import SpreadGroup
 from .support import share_of
@@ -42,11 +42,12 @@ class FromBelowSource(wiring.Component):
     Timing: ``address`` :attr:`ADDRESS` cycles after ``i``; ``pixel_least``, ``gate`` and ``own_address`` as late after it as
     :class:`FromBelowGroup` states.
 
-    Memory: a least cost a slot.
+    Memory: a least cost a slot; a table of gates.
 
     Members
     -------
     i : In(Step(config))
+    gates : In(GateWord(config))
     write : In(LowerFinal(config)), least : In(range(own_max + 1))
         The least mean of a pixel.
     address : Out(range(slots)), pixel_least : Out(range(own_max + 1)), gate : Out(LowerGate(config))
@@ -59,14 +60,13 @@ class FromBelowSource(wiring.Component):
         method = config.method_as(Recursive)
         slot = range(SLOTS)
         super().__init__({
-            "i": In(Step(config)), "write": In(LowerFinal(config)), "least": In(range(method.own_max + 1)),
+            "i": In(Step(config)), "gates": In(GateWord(config)), "write": In(LowerFinal(config)), "least": In(range(method.own_max + 1)),
             "address": Out(slot), "pixel_least": Out(range(method.own_max + 1)), "gate": Out(LowerGate(config)), "own_address": Out(slot),
         })
 
     def elaborate(self, platform: object) -> Module:
         m = Module()
         config, step = self.config, self.i
-        method = config.method_as(Recursive)
         m.submodules.leasts = leasts = Memory(shape=self.least.shape(), depth=SLOTS, init=[], attrs=NO_COLLISION)
         read, write = leasts.read_port(), leasts.write_port()
 
@@ -85,13 +85,15 @@ class FromBelowSource(wiring.Component):
         # Difference at 1, absolute at 2, gate at 3.
         difference = Signal(signed(PIXEL_BITS + 1), reset_less=True)
         absolute   = Signal(PIXEL_BITS, reset_less=True)
-        m.submodules.gate = gate_later = Delay(LowerGate(config), self.ADDRESS + FromBelowGroup.GATE - 2)
-        m.submodules.exists = exists = Delay(1, 2)
+        m.submodules.table = table = GateTable(config)
+        m.submodules.gate = gate_later = Delay(LowerGate(config), self.ADDRESS + FromBelowGroup.GATE - 3)
+        m.submodules.exists = exists = Delay(1, 3)
         m.d.sync += [
             difference.eq(step.grey - step.lower_grey), absolute.eq(Mux(difference < 0, -difference, difference)),
         ]
         m.d.comb += [
-            exists.i.eq(step.has_below), gate_later.i.gate.eq(gate_of(method.propagation, absolute)), gate_later.i.exists.eq(exists.o),
+            table.i.eq(self.gates), table.difference.eq(absolute),
+            exists.i.eq(step.has_below), gate_later.i.gate.eq(table.gate), gate_later.i.exists.eq(exists.o),
             self.gate.eq(gate_later.o),
         ]
         return m

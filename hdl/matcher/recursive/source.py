@@ -80,6 +80,8 @@ class RecursiveSource(wiring.Component):
         With one line below the picture, or two with costs from below.
     go : In(1)
         A pixel may be completed.
+    hold : In(1)
+        No line may start whose pixels need costs from another one.
     in_use : In(IN_USE_BITS)
         Labels in use; sampled before the first column of a frame.
     minimum : In(minimum_shape(config))
@@ -94,7 +96,8 @@ class RecursiveSource(wiring.Component):
         self.config = config
         self.flush_waves = flush_waves
         super().__init__({
-            "i": In(stream.Signature(CensusWord(config))), "go": In(1), "in_use": In(IN_USE_BITS), "minimum": In(minimum_shape(config)),
+            "i": In(stream.Signature(CensusWord(config))), "go": In(1), "hold": In(1),
+            "in_use": In(IN_USE_BITS), "minimum": In(minimum_shape(config)),
             "wave": Out(Wave(config, CensusWord(config))), "entry": Out(Entry(config)), "o": Out(Step(config)), "starts_frame": Out(1),
         })
 
@@ -128,7 +131,7 @@ class RecursiveSource(wiring.Component):
 
         with m.FSM():
             with m.State("before"):
-                m.d.comb += [pre.eq(1), issue.eq(self.i.valid & self.go)]
+                m.d.comb += [pre.eq(1), issue.eq(self.i.valid & self.go & (~self.hold | self.i.p.first | top))]
                 with m.If(issue):
                     m.d.sync += [
                         top.eq(self.i.p.first), second.eq(top & ~self.i.p.first), third.eq(second & ~self.i.p.first),

@@ -111,7 +111,8 @@ def test_settings():
     rng = np.random.default_rng(1)
     left, right = (np.clip(side.astype(int) // 3 + 90 + rng.integers(-6, 7, side.shape), 0, 255).astype(np.uint8) for side in (left, right))
     sets = [{}, {"minimum": 2}, {"check": 0, "fill": 0}, {"fill": 0}, {"median": 0}, {"census_threshold": 7}, {"near_threshold": 3},
-            {"step_threshold": 4}, {"far_threshold": 90}, {"above_share": 0}, {"in_use": 2}]
+            {"step_threshold": 4}, {"far_threshold": 90}, {"above_share": 0},
+            {"gate_numerator": 1000}, {"gate_offset": 8}, {"gate_floor": 20}, {"in_use": 2}]
     expected = [words_of((left, right), config.with_settings(settings)) for settings in sets]
     assert all(a != b for n, a in enumerate(expected) for b in expected[:n])  # each set gives another picture
     dut = Matcher(config)
