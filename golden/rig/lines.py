@@ -82,7 +82,8 @@ def check_rows(which: RectifyMap) -> None:
 def lines_needed(maps: Sequence[RectifyMap]) -> int:
     """Lines that each rectifier must hold for maps whose pictures arrive line by line together, those of both cameras as a rule.
 
-    A row arrives in all of them at once, and only when the row that it replaces is free in all.
+    A row arrives in all of them at once, and only when the row that it replaces is free in all. A line is output only once the row below it
+    has arrived, whatever it reads: until then it may be the last one.
 
     Examples
     --------
@@ -90,8 +91,10 @@ def lines_needed(maps: Sequence[RectifyMap]) -> int:
     >>> lines_needed([identity(720, 576)])
     2
     """
-    last = np.max([_read_rows(which)[1] for which in maps], axis=0)
-    first = np.min([first_rows(which.bounds, which.height) for which in maps], axis=0)
+    height = maps[0].height
+    below = np.minimum(np.arange(height) + 1, height - 1)
+    last = np.max([below, *(_read_rows(which)[1] for which in maps)], axis=0)
+    first = np.min([first_rows(which.bounds, height) for which in maps], axis=0)
     return int((last - first).max()) + 1
 
 
