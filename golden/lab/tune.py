@@ -11,7 +11,7 @@ import numpy as np
 from rich.table import Table
 
 from ..cli import Parser, progress
-from ..config import FUSED_1, Fused, MatcherConfig, changed, value_of
+from ..config import FUSED_1, Fused, MatcherConfig, Recursive, changed, value_of
 from ..errors import UserError, run_cli
 from ..files import check_output
 from ..matcher.parameters import NAMED, PARAMETER_SUFFIX, NamedMethod, read_parameters, write_parameters
@@ -27,13 +27,19 @@ __all__ = ["SPACES", "main", "objective", "search"]
 
 
 #: Parameters of a method that are searched, and their ranges; a further method adds a row. Factor, shift and tolerance are fixed, so the
-#: cost keeps its 8 bits and the gateware its size.
+#: cost keeps its bits and the gateware its size.
 SPACES: dict[str, dict[str, range]] = {
     Fused.name: {
         "truncation": range(40, 401), "census_weight": range(0, 101), "cost_outside": range(1, 81),
         "census_rows": range(3, 8, 2), "census_columns": range(3, 10, 2), "arm_threshold": range(3, 31), "reach": range(4, 32),
         "u1": range(1, 64), "u2": range(1, 64), "u3": range(1, 64), "median_size": range(3, 6, 2),
         "vertical_lines": range(2), "vertical_threshold": range(3, 61),
+    },
+    Recursive.name: {
+        "truncation": range(40, 401), "census_weight": range(0, 101), "cost_outside": range(1, 16), "lower_threshold": range(3, 61),
+        "near_threshold": range(2, 31), "far_threshold": range(1, 21), "step_threshold": range(2, 31), "far_step": range(2, 17),
+        "reach": range(4, 32), "spread_step": range(2, 33), "spread_jump": range(20, 128), "gate_numerator": range(50, 1001),
+        "gate_offset": range(1, 33), "gate_floor": range(41), "fan": range(3, 17), "above_share": range(16),
     },
 }
 

@@ -66,7 +66,7 @@ class LineMemory(wiring.Component):
                 continue
             m.submodules[f"words_{start}"] = memory = Memory(shape=self.shape, depth=size, init=[], attrs=NO_COLLISION)
             read_port, write_port = memory.read_port(), memory.write_port()
-            here = (self.column >= start) & (self.column < start + size) if size < self.depth else 1
+            here = self.column >= start if start else self.column < size if size < self.depth else 1
             word = Signal(self.shape, name=f"word_{start}", reset_less=True)
             m.d.comb += [
                 read_port.addr.eq(self.address - start if start else self.address), read_port.en.eq(1),

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from golden.config import FUSED_1, Arithmetic, Engine, MatcherConfig, Method, OnePass, changed
+from golden.config import FUSED_1, RECURSIVE_2, Arithmetic, Engine, MatcherConfig, Method, OnePass, changed
 from golden.video.bandwidth import MemoryTiming
 from golden.video.formats import DISPLAYS, PAL, CameraFormat, DisplayFormat
 from hdl.video.system import StereoSystem
@@ -49,6 +49,7 @@ def _small(method: Method, minimum: int = 0) -> Size:
 SIZES = {
     "small": _small(OnePass(Arithmetic.LINEAR)),
     "small fused": _small(changed(FUSED_1, sub_pixel=True), minimum=-2),  # with all of it that the monitor sees
+    "small recursive": _small(changed(RECURSIVE_2, sub_pixel=True), minimum=-2),
     "full": Size(MatcherConfig(80, PAL.width, engine=Engine.STREAMING, method=OnePass(Arithmetic.LINEAR)),
                  PAL, DISPLAYS["720x576"], MemoryTiming()),
 }

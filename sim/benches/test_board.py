@@ -31,10 +31,12 @@ def test_lint(simulator, verilog):
     lint(simulator, [verilog, *STUBS], "stereo")
 
 
-@pytest.mark.parametrize("labels", [4, pytest.param(80, marks=pytest.mark.slow)])
-def test_lint_of_the_real_system(labels, tmp_path):
+@pytest.mark.parametrize("labels, options", [
+    (4, []), (3, ["--method", "recursive", "--parameters", "recursive-2"]), pytest.param(80, [], marks=pytest.mark.slow),
+], ids=lambda value: str(value) if isinstance(value, int) else value[-1] if value else "thesis")
+def test_lint_of_the_real_system(labels, options, tmp_path):
     """A project that passes the checks of the build, and that both simulators accept."""
-    assert main(["--board", "cyclone3", "--disparities", str(labels), "--output", str(tmp_path)]) == 0
+    assert main(["--board", "cyclone3", "--disparities", str(labels), *options, "--output", str(tmp_path)]) == 0
     for simulator in SIMULATORS:
         lint(simulator, [tmp_path / "stereo.v", *STUBS], "stereo")
 

@@ -23,7 +23,7 @@ def folder(tmp_path_factory):
 
 
 # Slow: the system with the other method; what the monitor, the host and the cameras do is the same, and fewer settings are written.
-@pytest.mark.parametrize("size", ["small fused", pytest.param("small", marks=pytest.mark.slow)])
+@pytest.mark.parametrize("size", ["small fused", *(pytest.param(size, marks=pytest.mark.slow) for size in ("small", "small recursive"))])
 def test_pictures(folder, size):
     """With the fused method: a minimum disparity and fractions, which the monitor's picture does not have."""
     run_small(folder, "pictures", size=size)

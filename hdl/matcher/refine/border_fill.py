@@ -125,7 +125,7 @@ class BorderSlope(wiring.Component):
         reciprocal = Signal(range((1 << SLOPE_BITS) // LEAST_SPAN + 1), reset_less=True)
         factor     = Signal.like(fall, reset_less=True)
         column     = [Signal.like(x0, name=f"column_{n}", reset_less=True) for n in range(2)]
-        slope      = Signal(self.o.slope.shape(), reset_less=True)
+        slope      = Signal(self.o.slope.shape(), name="slope_now", reset_less=True)
         done       = Signal(2)
         m.d.sync += [factor.eq(fall), slope.eq(factor * reciprocal), Cat(done, self.done).eq(Cat(s3_done, done)), reciprocal.eq(0)]
         m.d.sync += [later.eq(earlier) for later, earlier in zip(column, [x0, *column])]

@@ -119,7 +119,7 @@ class LabelColumns(wiring.Component):
         # The column issued in this cycle.
         x       = Signal(range(config.max_width))
         width   = Signal.like(x)              # of this frame, less one
-        columns = Signal(range(reach + 1))    # of this line before this one; saturates
+        columns = Signal(range(reach + 1), name="columns_before")   # of this line before this one; saturates
         lines   = Signal(range(reach + 1))    # of this frame before this one; saturates
         past    = Signal(range(reach + 2))    # at the end of a line: 0 within the picture, 1 at its last line, then 2, 3
         first   = Signal()                    # no column of this frame has been shown
