@@ -9,7 +9,7 @@ from amaranth.lib.wiring import In, Out
 from golden.config import PIXEL_BITS, MatcherConfig, Recursive
 
 from ...parts.arithmetic import bit_length
-from ...parts.delay import Delay, StreamRegister
+from ...parts.delay import StreamRegister
 from ...parts.queue import Queue
 from ..lines import LineStore
 from ..settings import setting_shape
@@ -25,7 +25,7 @@ from .group import TREE, Final, LeastBeside, RecursiveGroup, beside_costs, recur
 from .line_below import LineBelowWave
 from .mean import MeanGroup
 from .source import Entry, RecursiveSource, Step
-from .support import LowerPixel, SupportedPixel, Supports
+from .support import LowerPixel, SupportedPixel, Supports, sparing_delay
 
 
 __all__ = ["RecursiveArray", "RecursiveEngine"]
@@ -33,9 +33,6 @@ __all__ = ["RecursiveArray", "RecursiveEngine"]
 
 # Pixels in flight beyond those in the pipelines: in the registers of the source's decision, of the delay of a step and of the queue.
 MARGIN = 14
-
-# Words of as many bits in flight are delayed in registers: a memory block is scarcer than these.
-_SMALL_DELAY = 128
 
 # Settings that the engine samples for the array at a frame's start.
 _SAMPLED = ("near_threshold", "far_threshold", "step_threshold", "above_share", "below_share")
@@ -115,8 +112,7 @@ class RecursiveArray(wiring.Component):
         ]
 
         def later(name: str, value: Value, cycles: int, clean: bool = False) -> Value:
-            small = cycles * Shape.cast(value.shape()).width <= _SMALL_DELAY
-            m.submodules[name] = delay = Delay(value.shape(), cycles, clean=clean, registers=small)
+            m.submodules[name] = delay = sparing_delay(value.shape(), cycles, clean=clean)
             m.d.comb += delay.i.eq(value)
             return delay.o
 
@@ -368,7 +364,7 @@ class RecursiveEngine(wiring.Component):
             check.x.eq(word.x), check.label.eq(word.label), check.valid.eq(valid),
             check.minimum.eq(now.minimum), check.enable.eq(now.check),
         ]
-        m.submodules.checked = checked = Delay(Checked(config), check.LATENCY, clean=True)
+        m.submodules.checked = checked = sparing_delay(Checked(config), check.LATENCY, clean=True)
         m.d.comb += [checked.i.eq(word), checked.i.valid.eq(valid)]
 
         label: Value = checked.o.label

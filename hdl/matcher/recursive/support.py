@@ -1,6 +1,7 @@
 """The support of a pixel: its arms with limits that get tighter, where their ends are in the rings of running sums, its reciprocal."""
 
 from amaranth import *
+from amaranth.hdl import ShapeLike
 from amaranth.lib import data, wiring
 from amaranth.lib.wiring import In, Out
 
@@ -12,7 +13,16 @@ from ..streaming.support import StepDelay, ones
 from .source import SLOTS, Entry, Step
 
 
-__all__ = ["ArmSource", "LowerPixel", "Mean", "Summand", "SupportedPixel", "Supports", "share_of"]
+__all__ = ["ArmSource", "LowerPixel", "Mean", "Summand", "SupportedPixel", "Supports", "share_of", "sparing_delay"]
+
+
+# Words of as many bits in flight are delayed in registers: here a memory block is scarcer than these.
+_SMALL_DELAY = 200
+
+
+def sparing_delay(shape: ShapeLike, clocks: int, *, clean: bool = False) -> Delay:
+    """A :class:`hdl.parts.delay.Delay` that takes a memory block only for more than a few words."""
+    return Delay(shape, clocks, clean=clean, registers=clocks * Shape.cast(shape).width <= _SMALL_DELAY)
 
 
 def share_of(m: Module, config: MatcherConfig, name: str, value: Value, share: Value) -> Signal:
@@ -263,7 +273,7 @@ class Supports(wiring.Component):
         given = Signal.like(pixel)
         m.d.comb += [given.eq(pixel), given.step.eq(shown[1]), given.in_picture.eq(pixel.in_picture & shown[1])]
         rest = self.latency + 1 - ArmSource.LATENCY - 2
-        m.submodules.mean = mean_later = Delay(outputs, rest)
+        m.submodules.mean = mean_later = sparing_delay(outputs, rest)
         m.submodules.pixel = pixel_later = Delay(shape, rest, clean=True)
         m.d.comb += [
             mean_later.i.eq(given_mean), self.mean.eq(mean_later.o.mean), self.centre.eq(mean_later.o.centre),
