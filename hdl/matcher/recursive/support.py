@@ -9,7 +9,7 @@ from golden.config import PIXEL_BITS, GradedArms, MatcherConfig, Propagation, Re
 
 from ...parts.delay import Delay
 from ..stream import FLAGS
-from ..streaming.support import StepDelay, ones
+from ..streaming.support import StepDelay, SupportArms
 from .source import SLOTS, Entry, Step
 
 
@@ -45,56 +45,23 @@ def share_of(m: Module, config: MatcherConfig, name: str, value: Value, share: V
     return result
 
 
-class ArmSource(wiring.Component):
-    """Arms of the support of every pixel; golden: :func:`golden.matcher.recursive.arms.graded_arms`.
-
-    Two pixels ``j`` apart are compared once, for the left arm of the one and the right arm of the other.
-
-    Timing: ``left_arm`` and ``right_arm`` are, :attr:`LATENCY` cycles after a ``step``, those of the pixel ``reach + 1`` steps before.
+class ArmSource(SupportArms):
+    """Arms of the method recursive; golden: :func:`golden.matcher.recursive.arms.graded_arms`.
 
     Members
     -------
-    step : In(1)
-        Advances by one pixel; ``grey`` may be padding.
-    starts_line : In(1)
-        The pixel is the first of its line, or padding.
-    grey : In(PIXEL_BITS)
+    Those of :class:`hdl.matcher.streaming.support.SupportArms`, and
     near, far, smooth : In(PIXEL_BITS)
         Grey levels by which a pixel may differ from the centre, near and far, and from the one stepped from.
-    left_arm, right_arm : Out(range(reach + 1))
     """
-    LATENCY = 6
-
     def __init__(self, config: MatcherConfig):
         self.limits = config.method_as(Recursive).arms
-        length = range(self.limits.reach + 1)
-        super().__init__({
-            "step": In(1), "starts_line": In(1), "grey": In(PIXEL_BITS),
-            **dict.fromkeys(("near", "far", "smooth"), In(PIXEL_BITS)),
-            "left_arm": Out(length), "right_arm": Out(length),
-        })
+        super().__init__(self.limits.reach, **dict.fromkeys(("near", "far", "smooth"), In(PIXEL_BITS)))
 
-    def elaborate(self, platform: object) -> Module:
-        m = Module()
-        reach = self.limits.reach
-        if not reach:
-            return m  # no arms
-
-        # Differences to the pixels before, and which of them are on this line.
-        taps = [Signal(PIXEL_BITS, name=f"grey_{j}", reset_less=True) for j in range(1, reach + 1)]
-        near = [Signal(name=f"near_{j}", reset_less=True) for j in range(1, reach + 1)]
-        with m.If(self.step):
-            m.d.sync += [tap.eq(source) for tap, source in zip(taps, [self.grey, *taps])]
-            m.d.sync += [flag.eq(source & ~self.starts_line) for flag, source in zip(near, [Const(1, 1), *near])]
-        steps = [self.step]
-        for stage in range(1, 5):
-            steps.append(Signal(name=f"step_{stage}"))
-            m.d.sync += steps[stage].eq(steps[stage - 1])
-
+    def _comparisons(self, m: Module, taps: list[Signal], near: list[Signal], stepped: Signal) -> tuple[list[Value], list[Value]]:
         def within(value: Value, limit: Value) -> Value:
             return (value <= limit) & (value >= -limit)
 
-        # Two cycles after the step, and the flags of the steps before.
         alike, differences = [], []
         for j, tap in enumerate(taps, 1):
             difference = Signal(signed(PIXEL_BITS + 1), name=f"difference_{j}", reset_less=True)
@@ -104,38 +71,12 @@ class ArmSource(wiring.Component):
             m.d.sync += flag.eq(near[j - 1] & within(difference, self.near if j < self.limits.far_step else self.far))
             alike.append(flag)
             differences.append(difference)
-        smooth = [Signal(name=f"smooth_{j}", reset_less=True) for j in range(reach)]
+        # Of the steps before, too.
+        smooth = [Signal(name=f"smooth_{j}", reset_less=True) for j in range(self.reach)]
         m.d.sync += smooth[0].eq(within(differences[0], self.smooth))
-        with m.If(steps[2]):
+        with m.If(stepped):
             m.d.sync += [flag.eq(source) for flag, source in zip(smooth[1:], smooth)]
-
-        # For the right arm of the pixel `reach + 1` steps before: the comparison of the pixel j to its right with the one j to the left.
-        right = []
-        for j, flag in enumerate(alike, 1):
-            word: Value = flag & smooth[0]
-            for stage in range(reach + 1 - j):
-                later = Signal(name=f"right_{j}_{stage}", reset_less=True)
-                with m.If(steps[2]):
-                    m.d.sync += later.eq(word)
-                word = later
-            right.append(word)
-        right_word = Signal(reach)
-        m.d.comb += right_word.eq(Cat(right))
-
-        lengths = {}
-        for name, flags in (("left", Cat(flag & level for flag, level in zip(alike, smooth))), ("right", right_word)):
-            reached = Signal(reach, name=f"reached_{name}", reset_less=True)  # all steps up to this one
-            m.d.sync += reached.eq(Cat(flags[:j].all() for j in range(1, reach + 1)))
-            lengths[name] = Signal(range(reach + 1), name=f"length_{name}", reset_less=True)
-            m.d.sync += lengths[name].eq(ones(reached))
-
-        m.submodules.left = left = StepDelay(range(reach + 1), reach + 1)
-        m.submodules.right = right_delay = Delay(range(reach + 1), StepDelay.LATENCY)
-        m.d.comb += [
-            left.i.eq(lengths["left"]), left.step.eq(steps[4]), self.left_arm.eq(left.o),
-            right_delay.i.eq(lengths["right"]), self.right_arm.eq(right_delay.o),
-        ]
-        return m
+        return [flag & level for flag, level in zip(alike, smooth)], [flag & smooth[0] for flag in alike]
 
 
 class Summand(data.StructLayout):

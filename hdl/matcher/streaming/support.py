@@ -1,10 +1,12 @@
 """The support of a pixel on its line: its arms, and where their ends are in the memories of running sums."""
 
+from abc import abstractmethod
+
 from amaranth import *
 from amaranth.hdl import ShapeLike
 from amaranth.lib import data, wiring
 from amaranth.lib.memory import Memory
-from amaranth.lib.wiring import In, Out
+from amaranth.lib.wiring import In, Member, Out
 
 from golden.config import PIXEL_BITS, Fused, MatcherConfig
 
@@ -12,7 +14,7 @@ from ...parts.delay import Delay, data_register
 from .waves import Completion, Pixel
 
 
-__all__ = ["Arms", "Ends", "Slot", "StepDelay", "SumWave", "SupportSource", "ones"]
+__all__ = ["Arms", "Ends", "Slot", "StepDelay", "SumWave", "SupportArms", "SupportSource"]
 
 
 class StepDelay(wiring.Component):
@@ -59,8 +61,8 @@ class StepDelay(wiring.Component):
         return m
 
 
-class Arms(wiring.Component):
-    """Arms of the support of every pixel: runs of similar pixels on its line; golden: :func:`golden.matcher.support.arms`.
+class SupportArms(wiring.Component):
+    """Arms of the support of every pixel on its line; a subclass tells how far they reach.
 
     Two pixels ``j`` apart are compared once, for the left arm of the one and the right arm of the other.
 
@@ -77,15 +79,36 @@ class Arms(wiring.Component):
     """
     LATENCY = 6
 
-    def __init__(self, config: MatcherConfig):
-        self.config = config
-        self.reach = config.method_as(Fused).arms.reach
-        length = range(self.reach + 1)
-        super().__init__({"step": In(1), "starts_line": In(1), "grey": In(PIXEL_BITS), "left_arm": Out(length), "right_arm": Out(length)})
+    def __init__(self, reach: int, **members: Member):
+        self.reach = reach
+        length = range(reach + 1)
+        super().__init__({
+            "step": In(1), "starts_line": In(1), "grey": In(PIXEL_BITS), **members, "left_arm": Out(length), "right_arm": Out(length),
+        })
+
+    @abstractmethod
+    def _comparisons(self, m: Module, taps: list[Signal], near: list[Signal], stepped: Signal) -> tuple[list[Value], list[Value]]:
+        """For each ``j``, two cycles after a step: whether the pixel is like the one ``j`` before it.
+
+        Parameters
+        ----------
+        m : Module
+        taps : list of Signal
+            Grey levels of the pixels before, the latest first.
+        near : list of Signal
+            Which of them are on the pixel's line; a cycle after the step the pixel itself is included.
+        stepped : Signal
+            ``step``, two cycles later.
+
+        Returns
+        -------
+        left, right : list of Value
+            For its left arm, and for the right arm of that one.
+        """
 
     def elaborate(self, platform: object) -> Module:
         m = Module()
-        reach, threshold = self.reach, self.config.method_as(Fused).arms.arm_threshold
+        reach = self.reach
         if not reach:
             return m  # no arms
 
@@ -99,20 +122,11 @@ class Arms(wiring.Component):
         for stage in range(1, 5):
             steps.append(Signal(name=f"step_{stage}"))
             m.d.sync += steps[stage].eq(steps[stage - 1])
-
-        # -threshold <= v <= threshold, as 0 <= v + threshold <= 2 * threshold.
-        alike = []
-        for j, tap in enumerate(taps, 1):
-            moved = Signal(signed(PIXEL_BITS + 2), name=f"moved_{j}", reset_less=True)
-            flag  = Signal(name=f"alike_{j}", reset_less=True)
-            m.d.sync += moved.eq(self.grey + Const(threshold) - tap)
-            # A cycle later the pixel is among the taps: `near` includes it.
-            m.d.sync += flag.eq(near[j - 1] & (moved >= 0) & (moved <= 2 * threshold))
-            alike.append(flag)
+        left_flags, right_flags = self._comparisons(m, taps, near, steps[2])
 
         # For the right arm of the pixel `reach + 1` steps before: the comparison of the pixel j to its right with the one j to the left.
         right = []
-        for j, flag in enumerate(alike, 1):
+        for j, flag in enumerate(right_flags, 1):
             word = flag
             for stage in range(reach + 1 - j):
                 later = Signal(name=f"right_{j}_{stage}", reset_less=True)
@@ -124,7 +138,7 @@ class Arms(wiring.Component):
         m.d.comb += right_word.eq(Cat(right))
 
         lengths = {}
-        for name, flags in (("left", Cat(alike)), ("right", right_word)):
+        for name, flags in (("left", Cat(left_flags)), ("right", right_word)):
             reached = Signal(reach, name=f"reached_{name}", reset_less=True)  # all steps up to this one
             m.d.sync += reached.eq(Cat(flags[:j].all() for j in range(1, reach + 1)))
             lengths[name] = Signal(range(reach + 1), name=f"length_{name}", reset_less=True)
@@ -137,6 +151,26 @@ class Arms(wiring.Component):
             right_delay.i.eq(lengths["right"]), self.right_arm.eq(right_delay.o),
         ]
         return m
+
+
+class Arms(SupportArms):
+    """Arms of the method fused: runs of pixels like the centre; golden: :func:`golden.matcher.support.arms`."""
+    def __init__(self, config: MatcherConfig):
+        self.limits = config.method_as(Fused).arms
+        super().__init__(self.limits.reach)
+
+    def _comparisons(self, m: Module, taps: list[Signal], near: list[Signal], stepped: Signal) -> tuple[list[Value], list[Value]]:
+        # -threshold <= v <= threshold, as 0 <= v + threshold <= 2 * threshold.
+        threshold = self.limits.arm_threshold
+        alike: list[Value] = []
+        for j, tap in enumerate(taps, 1):
+            moved = Signal(signed(PIXEL_BITS + 2), name=f"moved_{j}", reset_less=True)
+            flag  = Signal(name=f"alike_{j}", reset_less=True)
+            m.d.sync += moved.eq(self.grey + Const(threshold) - tap)
+            # A cycle later the pixel is among the taps: `near` includes it.
+            m.d.sync += flag.eq(near[j - 1] & (moved >= 0) & (moved <= 2 * threshold))
+            alike.append(flag)
+        return alike, alike
 
 
 def ones(reached: Value) -> Value:
