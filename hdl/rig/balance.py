@@ -51,7 +51,7 @@ class Balance(wiring.Component):
     left_mean, right_mean, left_deviation, right_deviation : Out(12)
         Of the last pair that was measured, 1/16 grey level; deviations from the means of the pair before it.
     gain : Out(10), offset : Out(signed(16))
-        That are applied.
+        That are applied; from the end of a pair on those of the next one, if it is *auto*.
     """
     latency = 2
     #: Cycles of the table.
@@ -86,6 +86,7 @@ class Balance(wiring.Component):
         s1_valid = Signal()
         s1       = Signal(PixelPair(), reset_less=True)
         payload  = data_register(m, self.o.payload)
+        m.d.comb += contrast.previous.eq(s1)
         m.d.comb += [read.addr.eq(self.i.p.right), read.en.eq(advance), self.i.ready.eq(advance & (opened | ~self.i.p.first))]
         with m.If(advance):
             m.d.sync += [
@@ -95,18 +96,20 @@ class Balance(wiring.Component):
         with m.If(accepted):
             m.d.sync += opened.eq(0)
 
-        # Gain and offset that were measured, with more bits, and whether they are known; whether means are.
-        gain   = Signal(range((GAINS[-1] << self.SMOOTH_BITS) + 1))
-        offset = Signal(range(OFFSETS[0] << self.SMOOTH_BITS, (OFFSETS[-1] << self.SMOOTH_BITS) + 1))
+        # Gain and offset with more bits, rounded where they are applied; whether they were measured, and means are known.
+        half = 1 << self.SMOOTH_BITS >> 1
+        gain   = Signal(10 + self.SMOOTH_BITS, init=GAIN_ONE << self.SMOOTH_BITS)
+        offset = Signal(signed(16 + self.SMOOTH_BITS))
         known  = Signal()
         means  = Signal()
         auto   = Signal()
+        m.d.comb += [self.gain.eq((gain + half) >> self.SMOOTH_BITS), self.offset.eq((offset + half) >> self.SMOOTH_BITS)]
 
         # The gain is a quotient, from its highest bit on; then it is multiplied by the mean, bit by bit.
         dividend = Signal(MEAN_BITS + 8)
         rest     = Signal(MEAN_BITS)
         product  = Signal(MEAN_BITS + 10)
-        steps    = Signal(range(MEAN_BITS + 9))
+        count    = Signal(PIXEL_BITS)       # of steps, and of the table's words
         tried    = Signal(MEAN_BITS + 1)
         fits     = Signal()
         m.d.comb += [tried.eq(Cat(dividend[-1], rest)), fits.eq(tried >= self.right_deviation)]
@@ -114,56 +117,55 @@ class Balance(wiring.Component):
         wanted_offset = Signal(signed(MEAN_BITS + 8))
         limited_offset = Signal(signed(16))
         m.d.comb += wanted_offset.eq((self.left_mean << 4) - (product >> 4))
-        with m.If(wanted_offset > OFFSETS[-1]):
+        # The limits are powers of two.
+        places = OFFSETS[-1].bit_length() - 1
+        with m.If(~wanted_offset[-1] & wanted_offset[places:].any()):
             m.d.comb += limited_offset.eq(OFFSETS[-1])
-        with m.Elif(wanted_offset < OFFSETS[0]):
+        with m.Elif(wanted_offset[-1] & ~wanted_offset[places:].all()):
             m.d.comb += limited_offset.eq(OFFSETS[0])
         with m.Else():
             m.d.comb += limited_offset.eq(wanted_offset)
 
-        level  = Signal(PIXEL_BITS)
         value  = Signal(signed(20))
         result = Signal(signed(12))
-        m.d.comb += [result.eq(value >> 8), write.addr.eq(level)]
-        m.d.comb += write.data.eq(Mux(result < 0, 0, Mux(result > PIXEL_MAX, PIXEL_MAX, result)))
+        m.d.comb += [result.eq(value >> 8), write.addr.eq(count)]
+        above, below = result[PIXEL_BITS:].any(), result[-1]
+        m.d.comb += write.data.eq(Mux(below, 0, Mux(above, PIXEL_MAX, result)))
         with m.FSM():
             with m.State("pixels"):
                 with m.If(contrast.measured):
                     m.d.sync += means.eq(auto)
-                    m.d.sync += [dividend.eq((self.left_deviation << 8) + (self.right_deviation >> 1)), rest.eq(0), steps.eq(0)]
+                    m.d.sync += [dividend.eq((self.left_deviation << 8) + (self.right_deviation >> 1)), rest.eq(0), count.eq(0)]
                     with m.If(auto & means & (self.right_deviation >= LEAST_DEVIATION)):
                         m.next = "divide"
                 with m.Elif(self.i.valid & self.i.p.first & ~opened & ~contrast.busy):
                     m.d.comb += contrast.begin.eq(1)
                     m.d.sync += auto.eq(self.mode == BalanceMode.AUTO)
-                    with m.If(self.mode == BalanceMode.AUTO):
-                        half = 1 << self.SMOOTH_BITS >> 1
-                        m.d.sync += [
-                            self.gain.eq(Mux(known, (gain + half) >> self.SMOOTH_BITS, GAIN_ONE)),
-                            self.offset.eq(Mux(known, (offset + half) >> self.SMOOTH_BITS, 0)),
-                        ]
-                    with m.Else():
+                    with m.If(self.mode != BalanceMode.AUTO):
                         fixed = self.mode == BalanceMode.FIXED
                         m.d.sync += [
-                            self.gain.eq(Mux(fixed, self.fixed_gain, GAIN_ONE)), self.offset.eq(Mux(fixed, self.fixed_offset, 0)),
-                            known.eq(0), means.eq(0),
+                            gain.eq(Mux(fixed, self.fixed_gain, GAIN_ONE) << self.SMOOTH_BITS),
+                            offset.eq(Mux(fixed, self.fixed_offset, 0) << self.SMOOTH_BITS), known.eq(0), means.eq(0),
                         ]
+                    with m.Elif(~auto):
+                        m.d.sync += [gain.eq(GAIN_ONE << self.SMOOTH_BITS), offset.eq(0)]
                     m.next = "table"
 
             with m.State("divide"):
                 m.d.sync += [
-                    dividend.eq(Cat(fits, dividend)), rest.eq(Mux(fits, tried - self.right_deviation, tried)), steps.eq(steps + 1),
+                    dividend.eq(Cat(fits, dividend)), rest.eq(Mux(fits, tried - self.right_deviation, tried)), count.eq(count + 1),
                 ]
-                with m.If(steps == len(dividend) - 1):
+                with m.If(count == len(dividend) - 1):
                     m.next = "limit"
             with m.State("limit"):
-                m.d.sync += [steps.eq(0), product.eq(0)]
-                m.d.sync += wanted.eq(Mux(dividend > GAINS[-1], GAINS[-1], Mux(dividend < GAINS[0], GAINS[0], dividend)))
+                least, most = (limit.bit_length() - 1 for limit in (GAINS[0], GAINS[-1]))   # powers of two
+                m.d.sync += [count.eq(0), product.eq(0)]
+                m.d.sync += wanted.eq(Mux(dividend[least:].any(), Mux(dividend[most:].any(), GAINS[-1], dividend), GAINS[0]))
                 m.next = "multiply"
             with m.State("multiply"):
                 m.d.sync += [product.eq((product << 1) + Mux(wanted[-1], self.right_mean, 0)), wanted.eq(wanted.rotate_left(1)),
-                             steps.eq(steps + 1)]
-                with m.If(steps == len(wanted) - 1):
+                             count.eq(count + 1)]
+                with m.If(count == len(wanted) - 1):
                     m.next = "smooth"
             with m.State("smooth"):
                 goal, offset_goal = wanted << self.SMOOTH_BITS, limited_offset << self.SMOOTH_BITS
@@ -176,12 +178,12 @@ class Balance(wiring.Component):
                 m.next = "pixels"
 
             with m.State("table"):
-                m.d.sync += [value.eq(self.offset + 128), level.eq(0)]
+                m.d.sync += [value.eq(self.offset + 128), count.eq(0)]
                 m.next = "fill"
             with m.State("fill"):
                 m.d.comb += write.en.eq(1)
-                m.d.sync += [value.eq(value + self.gain), level.eq(level + 1)]
-                with m.If(level == PIXEL_MAX):
+                m.d.sync += [value.eq(value + self.gain), count.eq(count + 1)]
+                with m.If(count == PIXEL_MAX):
                     m.d.sync += opened.eq(1)
                     m.next = "pixels"
         return m

@@ -46,7 +46,8 @@ class Contrast(wiring.Component):
     width : In(range(max_width + 1)), height : In(range(max_height + 1)), minimum : In(signed(9))
         Sampled with ``begin``.
     begin : In(1)
-    valid : In(1), pixel : In(PixelPair())
+    valid : In(1), pixel : In(PixelPair()), previous : In(PixelPair())
+        ``previous`` is the pixel that was valid in the cycle before.
     busy : Out(1)
     measured : Out(1)
         For one cycle; results hold from then on.
@@ -58,7 +59,7 @@ class Contrast(wiring.Component):
         self.labels = labels
         super().__init__({
             "width": In(range(max_width + 1)), "height": In(range(max_height + 1)), "minimum": In(signed(9)),
-            "begin": In(1), "valid": In(1), "pixel": In(PixelPair()),
+            "begin": In(1), "valid": In(1), "pixel": In(PixelPair()), "previous": In(PixelPair()),
             "busy": Out(1), "measured": Out(1),
             **{name: Out(MEAN_BITS) for name in ("left_mean", "right_mean", "left_deviation", "right_deviation")},
         })
@@ -74,8 +75,8 @@ class Contrast(wiring.Component):
         above  = Signal.like(self.height)
         apart  = Signal(signed(12))
         start  = Signal.like(beside)
-        left   = Signal.like(beside)
-        right  = Signal.like(beside)
+        left   = Signal.like(width)
+        right  = Signal.like(width)
         shifts = Signal(range(most + 1))        # by which sums are less than those of the largest windows
         begun  = Signal(2)
 
@@ -92,17 +93,17 @@ class Contrast(wiring.Component):
         with m.If(begun[1]):
             m.d.sync += right.eq(within(left - apart))
 
-        # Places of the pixels.
+        # Places of the pixels, counted from 1.
         x, y = Signal.like(width), Signal.like(height)
         with m.If(self.begin):
-            m.d.sync += [x.eq(0), y.eq(0)]
+            m.d.sync += [x.eq(1), y.eq(1)]
         with m.Elif(self.valid):
             m.d.sync += x.eq(x + 1)
             with m.If(self.pixel.last | self.pixel.end):
-                m.d.sync += [x.eq(0), y.eq(y + 1)]
+                m.d.sync += [x.eq(1), y.eq(y + 1)]
         ends = Signal()
         whole = Signal()    # so far each line had the right width
-        m.d.comb += ends.eq(x + 1 == width)
+        m.d.comb += ends.eq(x == width)
         with m.If(self.begin):
             m.d.sync += whole.eq(1)
         with m.Elif(self.valid & (self.pixel.last != ends)):
@@ -111,16 +112,18 @@ class Contrast(wiring.Component):
         # Sums: levels a cycle after the pixel, distances from the last means another one later.
         means = {"left": Signal(MEAN_BITS, name="left_mean_of_sum"), "right": Signal(MEAN_BITS, name="right_mean_of_sum")}
         sums = []
-        inside_rows = ~((y - above[1:])[:len(y)] & ~_below_highest(height)).any()
+        top = Signal.like(height)
+        m.d.comb += top.eq(above >> 1)
+        inside_rows = ~((y + ~top)[:len(y)] & ~_below_highest(height)).any()
         for side, window in (("left", left), ("right", right)):
             inside   = Signal(name=f"{side}_inside")
-            level    = Signal(PIXEL_BITS, name=f"{side}_level", reset_less=True)
+            level    = self.previous[side]
             measured = Signal(name=f"{side}_measured")
             distance = Signal(signed(MEAN_BITS + 1), name=f"{side}_distance", reset_less=True)
             total    = Signal(most_n + PIXEL_BITS, name=f"{side}_sum")
             far      = Signal(most_n + MEAN_BITS, name=f"{side}_far")
             m.d.sync += [
-                inside.eq(self.valid & inside_rows & ~((x - window)[:len(x)] & ~_below_highest(width)).any()), level.eq(self.pixel[side]),
+                inside.eq(self.valid & inside_rows & ~((x + ~window)[:len(x)] & ~_below_highest(width)).any()),
                 measured.eq(inside), distance.eq((level << 4) - means[side]),
             ]
             with m.If(self.begin):
@@ -143,7 +146,7 @@ class Contrast(wiring.Component):
         with m.FSM() as control:
             with m.State("pixels"):
                 m.d.sync += [number.eq(0), settle.eq(0)]
-                with m.If(self.valid & self.pixel.end & whole & ends & (y + 1 == height)):
+                with m.If(self.valid & self.pixel.end & whole & ends & (y == height)):
                     m.next = "settle"
             with m.State("settle"):
                 m.d.sync += settle.eq(settle + 1)

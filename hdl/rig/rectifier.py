@@ -115,7 +115,7 @@ class Rectifier(wiring.Component):
     #: cycles in between.
     line_clocks = 28
     #: Cycles from the last pixel that the first one of a line waits for, where the line before has left.
-    latency = 25
+    latency = 24
 
     def elaborate(self, platform: object) -> Module:
         m = Module()
@@ -154,6 +154,8 @@ class Rectifier(wiring.Component):
         # Rows that are held, in all rings alike.
         complete = Signal(range(lines + 1))
         first    = Signal(range(lines))     # slot of the first one
+        wrap     = Signal(range(-lines, 0))                 # the same less the number of slots, a cycle late
+        m.d.sync += wrap.eq(first - lines)
         gone     = Signal()                 # the rest of the picture is black
         with m.If(writer.begin):
             m.d.sync += [complete.eq(0), first.eq(0), gone.eq(0)]
@@ -169,12 +171,12 @@ class Rectifier(wiring.Component):
         for side in self.sides:
             m.d.comb += [
                 *(getattr(rings[side], name).eq(getattr(writer, name)) for name in ("write", "slot_odd", "x_odd", "write_address")),
-                rings[side].pixel.eq(writer.pixels[side]), rings[side].first.eq(first),
+                rings[side].pixel.eq(writer.pixels[side]), rings[side].first.eq(first), rings[side].wrap.eq(wrap),
             ]
 
         # Places in the picture, then limited to it. Rows count from the first one held: it is row 0 where a place is above the picture.
         # Weights, gains and flags follow through memories.
-        flags, parts_of = data.StructLayout(FLAGS), {"wx": 5, "wy": 5, "gain": GAIN_BITS + 2}
+        flags, parts_of = data.StructLayout(FLAGS), {"wx": 6, "wy": 6, "gain": GAIN_BITS + 2}
         m.submodules.weight_delay = weight_delay = Delay(data.ArrayLayout(Weights(), len(self.sides)), LineRing.WEIGHTED + 1)
         gains = data.ArrayLayout(GAIN_BITS + 2, len(self.sides))
         m.submodules.gain_delay = gain_delay = Delay(data.StructLayout({"gains": gains, "flags": flags}), LineRing.GAINED + 1)
@@ -191,6 +193,15 @@ class Rectifier(wiring.Component):
         with m.If(go):
             m.d.sync += [limited_valid.eq(placed_valid), limited_flags.eq(placed_flags)]
         here = []
+        row_bits = lines.bit_length()       # of rows that count from the first one held: the greatest is not held
+        top = Signal(range(-1, lines))      # the last one held
+        # At the right and lower edges the last column and row have all the weight: those beyond are not read.
+        left_of_last  = Signal.like(writer.width)
+        above_last    = Signal(range(lines))
+        m.d.comb += [
+            top.eq(complete - 1), above_last.eq(Mux(top > 0, top - 1, 0)),
+        ]
+        m.d.sync += left_of_last.eq(writer.width - (writer.width != 0))
         for number, side in enumerate(self.sides):
             dx, dy = maps[side].dx, maps[side].dy
             x     = Signal(signed(max(len(reader.x), DISPLACEMENT_BITS - 5) + 2), name=f"{side}_x", reset_less=True)
@@ -201,7 +212,7 @@ class Rectifier(wiring.Component):
                     x.eq((dx >> 5) + reader.x), row.eq((dy >> 5) + reader.behind), parts.wx.eq(dx[:5]), parts.wy.eq(dy[:5]),
                     parts.gain.eq(maps[side].gain),
                 ]
-            limited = Signal(data.StructLayout({"x": range(self.max_width), "row": range(2 * lines), **parts_of}), name=f"{side}_limited",
+            limited = Signal(data.StructLayout({"x": range(self.max_width), "row": row_bits, **parts_of}), name=f"{side}_limited",
                              reset_less=True)
             with m.If(go):
                 m.d.sync += [limited[field].eq(parts[field]) for field in parts_of]
@@ -209,21 +220,21 @@ class Rectifier(wiring.Component):
                 with m.If(x < 0):
                     m.d.sync += [limited.x.eq(0), limited.wx.eq(0)]
                 with m.Elif(x >= writer.width):
-                    m.d.sync += [limited.x.eq(writer.width), limited.wx.eq(0)]
+                    m.d.sync += [limited.x.eq(left_of_last), limited.wx.eq(Mux(writer.width == 0, 0, 32))]
                 with m.If(row < 0):
                     m.d.sync += [limited.row.eq(0), limited.wy.eq(0)]
-                with m.Elif(row >= 2 * lines):
-                    m.d.sync += limited.row.eq(2 * lines - 1)
+                with m.Elif(row[row_bits:].any()):
+                    m.d.sync += limited.row.eq(~0)
             # The picture's last row is the last one held, once all have been received.
             final = Signal(name=f"{side}_final")
-            m.d.comb += final.eq(limited.row + 1 >= complete)
+            m.d.comb += final.eq(limited.row >= top)
             here.append(~final)
             source = Signal(data.StructLayout({"x": range(self.max_width), "row": range(lines)}), name=f"{side}_source", reset_less=True)
             weights, gain = weight_delay.i[number], gain_delay.i.gains[number]
-            m.d.sync += [source.x.eq(limited.x), source.row.eq(Mux(final, complete - (complete != 0), limited.row))]
+            m.d.sync += [source.x.eq(limited.x), source.row.eq(Mux(final, above_last, limited.row))]
             m.d.comb += [
                 rings[side].x.eq(source.x), rings[side].row.eq(source.row),
-                weights.wx.eq(limited.wx), weights.x_odd.eq(limited.x[0]), weights.wy.eq(Mux(final, 0, limited.wy)),
+                weights.wx.eq(limited.wx), weights.x_odd.eq(limited.x[0]), weights.wy.eq(Mux(final, Mux(top > 0, 32, 0), limited.wy)),
                 rings[side].weights.eq(weight_delay.o[number]), gain.eq(Mux(gone, 0, limited.gain)),
                 rings[side].gain.eq(gain_delay.o.gains[number]),
             ]

@@ -2,70 +2,23 @@
 
 from amaranth import *
 from amaranth.lib import data, wiring
-from amaranth.lib.memory import Memory
 from amaranth.lib.wiring import In, Out
 from amaranth.utils import ceil_log2
 
 from golden.config import PIXEL_BITS, PIXEL_MAX
 from golden.rig.maps import GAIN_BITS
 
-from ..parts.arithmetic import choose
-from ..parts.delay import NO_COLLISION, data_register
+from ..parts.delay import data_register
+from ..parts.line_memory import LineMemory
 
 
-__all__ = ["LineRing", "RingBank", "Weights"]
-
-
-class RingBank(wiring.Component):
-    """A quarter of a ring: grey levels in blocks of 1,024 words, of which a synthesiser would make more, or wider ones.
-
-    Timing: ``o`` :attr:`LATENCY` cycles after ``address``. A register is behind every block, which is the block's own, and one behind the
-    selection. An address beyond ``depth`` reads any word.
-
-    Memory: ``depth`` words.
-
-    Members
-    -------
-    write : In(1), write_address : In(range(depth)), i : In(8)
-    address : In(range(depth)), o : Out(8)
-    """
-    LATENCY = 3
-    BLOCK_BITS = 10
-
-    def __init__(self, depth: int):
-        self.depth = depth
-        self.address_bits = ceil_log2(depth)
-        super().__init__({
-            "write": In(1), "write_address": In(self.address_bits), "i": In(PIXEL_BITS),
-            "address": In(self.address_bits), "o": Out(PIXEL_BITS),
-        })
-
-    def elaborate(self, platform: object) -> Module:
-        m = Module()
-        size = 1 << self.BLOCK_BITS
-        words = []
-        for number, start in enumerate(range(0, self.depth, size)):
-            # Whole powers of two: no address is beyond a block.
-            depth = 1 << ceil_log2(min(size, self.depth - start))
-            m.submodules[f"block_{number}"] = memory = Memory(shape=PIXEL_BITS, depth=depth, init=[], attrs=NO_COLLISION)
-            read, write = memory.read_port(), memory.write_port()
-            word = Signal(PIXEL_BITS, name=f"word_{number}", reset_less=True)
-            m.d.comb += [
-                read.addr.eq(self.address), read.en.eq(1), write.addr.eq(self.write_address), write.data.eq(self.i),
-                write.en.eq(self.write & (self.write_address[self.BLOCK_BITS:] == number)),
-            ]
-            m.d.sync += word.eq(read.data)
-            words.append(word)
-        blocks = [Signal(max(0, self.address_bits - self.BLOCK_BITS), name=f"selected_{n}", reset_less=True) for n in range(2)]
-        m.d.sync += [blocks[0].eq(self.address[self.BLOCK_BITS:]), blocks[1].eq(blocks[0])]
-        m.d.sync += data_register(m, self.o).eq(choose(words, blocks[1]))
-        return m
+__all__ = ["LineRing", "Weights"]
 
 
 class Weights(data.StructLayout):
     """Weights of the right column and of the lower row, 1/32, and whether the left column is odd."""
     def __init__(self):
-        super().__init__({"wx": 5, "x_odd": 1, "wy": 5})
+        super().__init__({"wx": range(33), "x_odd": 1, "wy": range(33)})
 
 
 class LineRing(wiring.Component):
@@ -91,25 +44,24 @@ class LineRing(wiring.Component):
     -------
     write : In(1), slot_odd, x_odd : In(1), write_address : In(range(...)), pixel : In(8)
         A pixel is written; its address is ``(slot >> 1) * stride + (x >> 1)``.
-    first : In(range(lines))
-        Slot of the first row held.
+    first : In(range(lines)), wrap : In(range(-lines, 0))
+        Slot of the first row held, and the same less ``lines``.
     x : In(range(max_width)), row : In(range(lines))
         The left upper one of four pixels; rows count from the first one held.
     weights : In(Weights()), gain : In(10)
         512 is 1.
     o : Out(8)
     """
-    READ, WEIGHTED, GAINED, LATENCY = 6, 8, 15, 17
+    READ, WEIGHTED, GAINED, LATENCY = 5, 7, 14, 16
 
     def __init__(self, max_width: int, lines: int):
         self.max_width = max_width
         self.lines = lines
         self.stride = (max_width + 1) // 2
-        # One more word: column and row beside the last ones, which have weight 0.
-        self.depth = lines // 2 * self.stride + 1
+        self.depth = lines // 2 * self.stride
         super().__init__({
             "write": In(1), "slot_odd": In(1), "x_odd": In(1), "write_address": In(ceil_log2(self.depth)), "pixel": In(PIXEL_BITS),
-            "first": In(range(lines)), "x": In(range(max_width)), "row": In(range(lines)),
+            "first": In(range(lines)), "wrap": In(range(-lines, 0)), "x": In(range(max_width)), "row": In(range(lines)),
             "weights": In(Weights()), "gain": In(GAIN_BITS + 2), "o": Out(PIXEL_BITS),
         })
 
@@ -128,9 +80,9 @@ class LineRing(wiring.Component):
             return value
 
         # 1: slot of the upper row. 2, 3: rows of slots in both banks, and their first words.
-        sum_bits = range(2 * self.lines)
-        beyond = register(sum_bits, "beyond", self.first + self.row)
-        slot = register(range(self.lines), "slot", Mux(beyond >= self.lines, beyond - self.lines, beyond))
+        wrapped = Signal(signed(len(self.row) + 1))
+        m.d.comb += wrapped.eq(self.row + self.wrap)
+        slot = register(range(self.lines), "slot", Mux(wrapped[-1], self.row + self.first, wrapped))
         odd_pair = register(range(pairs), "odd_pair", slot >> 1)
         even_pair = register(range(pairs), "even_pair", Mux(slot[0], Mux(slot >> 1 == pairs - 1, 0, (slot >> 1) + 1), slot >> 1))
         upper_odd = register(1, "upper_odd", slot[0])
@@ -142,28 +94,28 @@ class LineRing(wiring.Component):
                     with m.Case(number):
                         m.d.sync += start.eq(number * self.stride)
             starts.append(start)
-        x = later(self.x, 4, "x")
+        x = later(self.x, 3, "x")
         even_x = (x >> 1) + x[0]
 
-        # 5: addresses; 6, 7, 8: the banks; 9: differences between columns, the right one times its weight.
+        # 4: addresses; 5, 6, 7: the banks; 8: differences between columns, the right one times its weight.
         pixels = []
         for slot_odd, start in enumerate(starts):
             for x_odd, column in enumerate((even_x, x >> 1)):
-                m.submodules[f"bank_{slot_odd}{x_odd}"] = bank = RingBank(self.depth)
+                m.submodules[f"bank_{slot_odd}{x_odd}"] = bank = LineMemory(PIXEL_BITS, self.depth)
                 m.d.comb += [
                     bank.address.eq(register(range(self.depth), f"address_{slot_odd}{x_odd}", start + column)),
                     bank.write.eq(self.write & (self.slot_odd == slot_odd) & (self.x_odd == x_odd)),
-                    bank.write_address.eq(self.write_address), bank.i.eq(self.pixel),
+                    bank.column.eq(self.write_address), bank.i.eq(self.pixel),
                 ]
                 pixels.append(bank.o)
 
         # A weight counts for the odd column and the odd slot.
-        upper_odd = later(upper_odd, self.WEIGHTED - 3, "upper_odd")
+        upper_odd = later(upper_odd, self.WEIGHTED - 2, "upper_odd")
 
         def weight(value, swapped, name):
             return register(6, name, Mux(swapped, 32 - value, value))
 
-        # 9: weights and differences along the line. 10: products. 11: levels of both rows, 1/32.
+        # 8: weights and differences along the line. 9: products. 10: levels of both rows, 1/32.
         wx = weight(self.weights.wx, self.weights.x_odd, "weight_x")
         wy = weight(self.weights.wy, upper_odd, "weight_y")
         levels = []
@@ -173,19 +125,17 @@ class LineRing(wiring.Component):
             base = later(even, 2, f"{name}_base")
             levels.append(register(PIXEL_BITS + 5, f"{name}_level", ((base << 5) + product)[:PIXEL_BITS + 5]))
 
-        # 12: difference down the column. 13, 14: its upper part times the weight in a multiplier, its lower one in logic. 15: the level.
+        # 11: difference down the column. 12, 13: its upper part times the weight in a multiplier, its lower one in logic. 14: the level.
         wy = later(wy, 3, "weight_y")
         fall = register(signed(PIXEL_BITS + 6), "fall", levels[1] - levels[0])
         upper = register(signed(PIXEL_BITS + 7), "upper_product", (fall >> 5) * wy)
         low = fall[:5]
-        thirds = [Mux(wy[n], low << n, 0) for n in range(6)]
-        low_sums = [register(12, f"low_{n}", thirds[2 * n] + thirds[2 * n + 1]) for n in range(3)]
-        base = later(levels[0], 3, "level_base")
-        low_product = register(10, "low_product", low_sums[0] + low_sums[1] + low_sums[2])
-        upper_later = register(signed(PIXEL_BITS + 7), "upper_later", upper)
-        level = register(PIXEL_BITS, "level", ((((base + upper_later) << 5) + low_product + 512) >> 10)[:PIXEL_BITS])
+        low_sums = [register(12, f"low_{n}", Mux(wy[n], low << n, 0) + Mux(wy[n + 1], low << n + 1, 0)) for n in (0, 2, 4)]
+        whole = register(PIXEL_BITS + 6, "whole_product", (later(levels[0], 2, "level_base") + upper)[:PIXEL_BITS + 6])
+        part = register(10, "low_product", low_sums[0] + low_sums[1] + low_sums[2])
+        level = register(PIXEL_BITS, "level", (((whole << 5) + part + 512) >> 10)[:PIXEL_BITS])
 
-        # 16: times the gain, whose lowest bit is added in logic. 17: rounded and limited.
+        # 15: times the gain, whose lowest bit is added in logic. 16: rounded and limited.
         product = register(PIXEL_BITS + 9, "gain_product", level * self.gain[1:])
         rest = register(PIXEL_BITS, "gain_rest", Mux(self.gain[0], level, 0))
         result = (((product << 1) + rest + 256) >> 9)

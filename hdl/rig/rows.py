@@ -64,7 +64,7 @@ class RowWriter(wiring.Component):
             "o": Out(stream.Signature(payload)),
             "enable": In(1), "full": In(1), "idle": In(1),
             "begin": Out(1), "width": Out(range(max_width)), "row_done": Out(1), "first_row": Out(1), "ended": Out(1), "waiting": Out(1),
-            "write": Out(1), "slot_odd": Out(1), "x_odd": Out(1), "write_address": Out(ceil_log2(lines // 2 * self.stride + 1)),
+            "write": Out(1), "slot_odd": Out(1), "x_odd": Out(1), "write_address": Out(ceil_log2(lines // 2 * self.stride)),
             "pixels": Out(data.StructLayout(dict.fromkeys(sides, PIXEL_BITS))),
             "error": Out(1),
         })

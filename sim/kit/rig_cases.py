@@ -19,7 +19,7 @@ __all__ = ["camera_map", "noise_map", "rectified_words"]
 
 
 def camera_map(width: int, height: int, *, roll: float = 0.0, offset: float = 0.0, aside: float = 0.0, lens: float = 0.0,
-               gain: int = 128) -> RectifyMap:
+               gain: float = 128) -> RectifyMap:
     """The map of a camera that is rolled, in degrees, and moved by lines and columns, with a lens of k1 = ``lens`` and darker corners.
 
     The focal length is the picture's width; ``gain`` is that of its corners.

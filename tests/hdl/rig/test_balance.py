@@ -135,7 +135,7 @@ def test_status_latency_and_frames_of_another_size():
         else:
             right = auto.pair(left, right)
         wanted += pixel_words(left, right)[:30 if name == 4 else None]
-        assert (status[name]["gain"], status[name]["offset"]) == (gain, offset)
+        assert (status[name]["gain"], status[name]["offset"]) == (auto.gain, auto.offset)
         found = auto.statistics
         assert (status[name]["left_mean"], status[name]["right_mean"]) == (found.left_mean, found.right_mean)
         if name > 1:    # of the first pair no deviation is known
