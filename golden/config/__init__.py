@@ -3,7 +3,7 @@
 May import nothing of the project.
 """
 
-from .fused import CONFIDENCE_BITS, FUSED_1, FUSED_2, FUSED_3, Arms, Fused, FusedCost, Refinement, Vertical
+from .fused import FUSED_1, FUSED_2, FUSED_3, Arms, Fused, FusedCost, Vertical
 from .limits import (
     IN_USE_BITS,
     LEAST_MINIMUM,
@@ -31,6 +31,7 @@ from .recursive import (
     RecursiveCost,
     WeightedRefinement,
 )
+from .refinement import CONFIDENCE_BITS, Refinement
 
 
 __all__ = ["Arithmetic", "Arms", "CONFIDENCE_BITS", "Engine", "FUSED_1", "FUSED_2", "FUSED_3", "Fused", "FusedCost", "GradedArms",

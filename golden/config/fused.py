@@ -4,14 +4,11 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass, replace
 from typing import Any, ClassVar
 
-from .limits import MINIMUM_BITS, PIXEL_MAX, WEIGHT_MAX, Arithmetic, Engine, Setting, Weights, check_limits, weight_settings
+from .limits import PIXEL_MAX, WEIGHT_MAX, Setting, Weights, check_limits, weight_settings
+from .refinement import RefinedLabels, Refinement
 
 
-__all__ = ["CONFIDENCE_BITS", "FUSED_1", "FUSED_2", "FUSED_3", "Arms", "Fused", "FusedCost", "Refinement", "Vertical"]
-
-
-#: Bits of a result's confidence.
-CONFIDENCE_BITS = 4
+__all__ = ["FUSED_1", "FUSED_2", "FUSED_3", "Arms", "Fused", "FusedCost", "Vertical"]
 
 
 @dataclass(frozen=True)
@@ -121,43 +118,7 @@ class Vertical:
 
 
 @dataclass(frozen=True)
-class Refinement:
-    """Stages after the labelling. A stage that is off passes its input on.
-
-    Parameters
-    ----------
-    check : bool
-        Left-right check; off, every pixel passes.
-    fill : bool
-        Pixels that fail the check are given a disparity from their scanline.
-    median : bool
-        Median of the disparities.
-    sub_pixel : bool
-        Disparities get three fraction bits between check and fill.
-    tolerance : int
-        Largest difference of left and right view that passes the check, pixels, ``0..7``.
-    median_size : int
-        Side of the median's window, pixels; 3 or 5.
-    """
-    check: bool = True
-    fill: bool = True
-    median: bool = True
-    sub_pixel: bool = False
-    tolerance: int = 1
-    median_size: int = 5
-
-    LIMITS: ClassVar[Mapping[str, range]] = {"tolerance": range(8), "median_size": range(3, 6, 2)}
-    #: Whether it needs the left grey level of every label.
-    USES_GREY: ClassVar[bool] = False
-    SWITCHES: ClassVar[Mapping[str, str]] = {
-        "check": "left-right check", "fill": "fill of the pixels that fail the check", "median": "median of the disparities"}
-
-    def __post_init__(self) -> None:
-        check_limits(asdict(self), self.LIMITS)
-
-
-@dataclass(frozen=True)
-class Fused:
+class Fused(RefinedLabels):
     """Parameters of the method; the defaults are the set :data:`FUSED_1`.
 
     Parameters
@@ -180,7 +141,6 @@ class Fused:
 
     name: ClassVar[str] = "fused"
     ABOUT: ClassVar[str] = "its cost fused with a census and summed over a support, disparities refined"
-    SWITCHES: ClassVar[Mapping[str, str]] = Refinement.SWITCHES
     #: Limits of the parameters that are numbers, whichever part holds them.
     LIMITS: ClassVar[Mapping[str, range]] = {
         **FusedCost.LIMITS, **Arms.LIMITS, **Vertical.LIMITS, **dict.fromkeys(Weights._fields, range(WEIGHT_MAX + 1)),
@@ -195,21 +155,6 @@ class Fused:
             what = "the fused cost of three lines" if self.vertical else "the fused cost"
             raise ValueError(f"{what} reaches {self.joined_max}, more than the {FusedCost.MAX} that its 8 bits hold; "
                              "choose a smaller truncation, cost_factor or census_weight, or a greater cost_shift")
-
-    @property
-    def arithmetic(self) -> Arithmetic:
-        """The matching cost is that of ``LINEAR``."""
-        return Arithmetic.LINEAR
-
-    @property
-    def engines(self) -> tuple[Engine, ...]:
-        """The streaming engine only."""
-        return (Engine.STREAMING,)
-
-    @property
-    def cost_max(self) -> int:
-        """Largest cost ``C`` of a candidate."""
-        return self.cost.maximum
 
     @property
     def view_max(self) -> int:
@@ -251,30 +196,14 @@ class Fused:
         """Largest smoothness term between labels that differ by one, in equal pixels."""
         return self.slope_max
 
-    @property
-    def disparity_scale(self) -> int:
-        """Units of a disparity a pixel: 8 with sub-pixel disparities, three fraction bits."""
-        return 8 if self.refinement.sub_pixel else 1
-
-    def result_fields(self, labels: int, minimum: int) -> Mapping[str, int]:
-        """Fields of a result, and their bits: the disparity at the greatest least disparity that may be set, with a sign if ``minimum``,
-        which was built in, is below 0."""
-        greatest = (labels - 1 + 2**MINIMUM_BITS) * self.disparity_scale - 1
-        return {"disparity": greatest.bit_length() + (minimum < 0), "passed": 1, "confidence": CONFIDENCE_BITS}
-
     def settings(self, minimum: int) -> Mapping[str, Setting]:
         """The weights, the least disparity, and the switches of the refinement."""
-        switches = {name: Setting(1, int(getattr(self.refinement, name)), what) for name, what in self.SWITCHES.items()}
-        return {
-            **weight_settings(self.weights, "fractions of the fused cost a pixel"),
-            "minimum": Setting(2**MINIMUM_BITS - 1, minimum, "least disparity", min(minimum, 0), "pixels"), **switches,
-        }
+        return {**weight_settings(self.weights, "fractions of the fused cost a pixel"), **self.refinement_settings(minimum)}
 
     def with_settings(self, values: Mapping[str, int]) -> "Fused":
         """The method with those weights and switches; the least disparity is not the method's."""
         weights = Weights(**{name: values.get(name, value) for name, value in self.weights._asdict().items()})
-        switches = {name: bool(values[name]) for name in self.SWITCHES if name in values}
-        return replace(self, weights=weights, refinement=replace(self.refinement, **switches))
+        return replace(self, weights=weights, refinement=self.refinement_with(values))
 
     def about(self) -> Mapping[str, Any]:
         """All parameters for reports."""

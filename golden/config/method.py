@@ -4,8 +4,9 @@ import dataclasses
 from collections.abc import Mapping
 from typing import Any, ClassVar, Protocol, TypeVar
 
-from .fused import FusedCost, Refinement
+from .fused import FusedCost
 from .limits import Arithmetic, Engine, Setting, Weights
+from .refinement import Refinement
 
 
 __all__ = ["Method", "RefinedMethod", "RuleMethod", "changed", "parameters_of", "value_of"]

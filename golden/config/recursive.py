@@ -4,8 +4,9 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass, replace
 from typing import Any, ClassVar
 
-from .fused import CONFIDENCE_BITS, FusedCost, Refinement
-from .limits import MINIMUM_BITS, PIXEL_MAX, Arithmetic, Engine, MatchingCost, Setting, check_limits
+from .fused import FusedCost
+from .limits import PIXEL_MAX, MatchingCost, Setting, check_limits
+from .refinement import RefinedLabels, Refinement
 
 
 __all__ = ["RECURSIVE_1", "RECURSIVE_2", "GradedArms", "LineBelow", "Propagation", "Recursive", "RecursiveCost",
@@ -169,7 +170,7 @@ class WeightedRefinement(Refinement):
 
 
 @dataclass(frozen=True)
-class Recursive:
+class Recursive(RefinedLabels):
     """Parameters of the method; the defaults are the set :data:`RECURSIVE_1`.
 
     Parameters
@@ -191,7 +192,6 @@ class Recursive:
 
     name: ClassVar[str] = "recursive"
     ABOUT: ClassVar[str] = "costs carried from line to line and averaged over a support, disparities refined with the grey levels"
-    SWITCHES: ClassVar[Mapping[str, str]] = Refinement.SWITCHES
     #: Limits of the parameters that are numbers, whichever part holds them.
     LIMITS: ClassVar[Mapping[str, range]] = {
         **RecursiveCost.LIMITS, **LineBelow.LIMITS, **GradedArms.LIMITS, **Propagation.LIMITS, **WeightedRefinement.LIMITS,
@@ -210,24 +210,9 @@ class Recursive:
     }
 
     @property
-    def arithmetic(self) -> Arithmetic:
-        """The matching cost is that of ``LINEAR``."""
-        return Arithmetic.LINEAR
-
-    @property
-    def engines(self) -> tuple[Engine, ...]:
-        """The streaming engine."""
-        return (Engine.STREAMING,)
-
-    @property
     def matching_cost(self) -> MatchingCost:
         """Widths of the matching cost that is fused."""
         return MatchingCost(self.arithmetic)
-
-    @property
-    def cost_max(self) -> int:
-        """Largest cost ``C`` of a candidate."""
-        return self.cost.maximum
 
     @property
     def view_max(self) -> int:
@@ -260,17 +245,6 @@ class Recursive:
         """Largest ``A``: the mean of ``W`` over the support, and an eighth of the cost from above."""
         return self.joined_max + (self.carried_max >> Propagation.SHARE_BITS)
 
-    @property
-    def disparity_scale(self) -> int:
-        """Units of a disparity a pixel: 8 with sub-pixel disparities, three fraction bits."""
-        return 8 if self.refinement.sub_pixel else 1
-
-    def result_fields(self, labels: int, minimum: int) -> Mapping[str, int]:
-        """Fields of a result, and their bits: the disparity at the greatest least disparity that may be set, with a sign if ``minimum``,
-        which was built in, is below 0."""
-        greatest = (labels - 1 + 2**MINIMUM_BITS) * self.disparity_scale - 1
-        return {"disparity": greatest.bit_length() + (minimum < 0), "passed": 1, "confidence": CONFIDENCE_BITS}
-
     def _parameters(self) -> dict[str, int]:
         """Values of :attr:`SETTINGS`."""
         parts = {**asdict(self.cost), **asdict(self.arms), **asdict(self.propagation)}
@@ -280,15 +254,13 @@ class Recursive:
         """Thresholds and shares, the least disparity, and the switches of the refinement."""
         numbers = {name: Setting(self.LIMITS[name][-1], value, self.SETTINGS[name][0], self.LIMITS[name][0], self.SETTINGS[name][1])
                    for name, value in self._parameters().items()}
-        switches = {name: Setting(1, int(getattr(self.refinement, name)), what) for name, what in self.SWITCHES.items()}
-        return {**numbers, "minimum": Setting(2**MINIMUM_BITS - 1, minimum, "least disparity", min(minimum, 0), "pixels"), **switches}
+        return {**numbers, **self.refinement_settings(minimum)}
 
     def with_settings(self, values: Mapping[str, int]) -> "Recursive":
         """The method with those thresholds, shares and switches; the least disparity is not the method's."""
         parts = {part: {name: values[name] for name in asdict(getattr(self, part)) if name in values and name in self.SETTINGS}
                  for part in ("cost", "arms", "propagation")}
-        switches = {name: bool(values[name]) for name in self.SWITCHES if name in values}
-        return replace(self, refinement=replace(self.refinement, **switches),
+        return replace(self, refinement=self.refinement_with(values),
                        **{part: replace(getattr(self, part), **given) for part, given in parts.items()})
 
     def about(self) -> Mapping[str, Any]:

@@ -49,7 +49,7 @@ def test_sub_pixel():
 
 @pytest.mark.parametrize("name, value", [
     ("census_threshold", 3), ("near_threshold", 0), ("far_threshold", 90), ("step_threshold", 0), ("above_share", 0), ("below_share", 15),
-    ("minimum", 4), ("in_use", 3),
+    ("gate_numerator", 20), ("gate_offset", 90), ("gate_floor", 120), ("minimum", 4), ("in_use", 3),
 ])
 def test_settings(name, value):
     """Each setting changes the result, and is the golden model's parameter of that name."""
@@ -63,8 +63,8 @@ def test_settings(name, value):
 
 
 def test_settings_of_the_sets():
-    names = ["in_use", "census_threshold", "near_threshold", "far_threshold", "step_threshold", "above_share", "below_share", "minimum",
-             "check", "fill", "median"]
+    names = ["in_use", "census_threshold", "near_threshold", "far_threshold", "step_threshold", "above_share", "below_share",
+             "gate_numerator", "gate_offset", "gate_floor", "minimum", "check", "fill", "median"]
     assert list(config().settings) == names
     assert list(MatcherConfig(method=RECURSIVE_1).settings) == [name for name in names if name != "below_share"]
     assert dataclasses.replace(RECURSIVE_1, propagation=dataclasses.replace(RECURSIVE_1.propagation, from_below=True)) == RECURSIVE_2
