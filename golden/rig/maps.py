@@ -7,8 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 
-__all__ = ["CELL", "CELL_BITS", "DISPLACEMENT_BITS", "GAIN_BITS", "GAIN_ONE", "SIZES", "SUB_PIXEL", "WORD_BITS", "RectifyMap",
-           "displacement", "grid", "identity", "pack", "unpack", "word_count"]
+__all__ = ["CELL", "CELL_BITS", "DISPLACEMENT_BITS", "GAIN_BITS", "GAIN_ONE", "SIZES", "SUB_PIXEL", "SUM_BITS", "WORD_BITS",
+           "RectifyMap", "displacement", "grid", "identity", "map_sum", "pack", "unpack", "word_count"]
 
 
 CELL_BITS = 5
@@ -18,6 +18,7 @@ DISPLACEMENT_BITS = 14      # signed
 GAIN_BITS = 8
 GAIN_ONE = 128
 WORD_BITS = 2 * DISPLACEMENT_BITS + GAIN_BITS
+SUM_BITS = 16               # of the sum that tells whether a map was loaded
 
 #: Widths and heights of a picture that can be rectified, pixels.
 SIZES = range(2, 4097)
@@ -142,6 +143,24 @@ def pack(which: RectifyMap) -> list[int]:
     bounds = _field(which.bounds, DISPLACEMENT_BITS)
     words: list[int] = np.concatenate([points, bounds[:, None]], axis=1).ravel().tolist()
     return words
+
+
+def map_sum(words: Any) -> int:
+    """The sum by which a host verifies the words that it has loaded, 16 bits.
+
+    Each word's low, middle and high 16 bits are added in this order, the sum being rotated left by a bit before each.
+
+    Examples
+    --------
+    >>> map_sum([0x1]), map_sum([0x10000]), map_sum([0x100000000]), map_sum([0x1, 0x1])
+    (4, 2, 1, 36)
+    """
+    total = 0
+    for word in words:
+        for part in range(0, 3 * SUM_BITS, SUM_BITS):
+            rotated = (total << 1 | total >> (SUM_BITS - 1)) & ((1 << SUM_BITS) - 1)
+            total = (rotated + (word >> part & ((1 << SUM_BITS) - 1))) & ((1 << SUM_BITS) - 1)
+    return total
 
 
 def unpack(words: Any, width: int, height: int) -> RectifyMap:

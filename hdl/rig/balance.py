@@ -56,6 +56,8 @@ class Balance(wiring.Component):
     latency = 2
     #: Cycles of the table.
     frame_clocks = PIXEL_MAX + 3
+    #: Bound of the cycles from the end of a pair to the table for the next one.
+    evaluation_clocks = 200
     SMOOTH, SMOOTH_BITS = 3, 4
 
     def __init__(self, max_width: int, max_height: int, labels: int):

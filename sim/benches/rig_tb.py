@@ -10,7 +10,7 @@ from cocotb.clock import Clock
 from cocotb.triggers import ClockCycles
 
 from golden.rig.balance import Auto
-from golden.rig.maps import pack
+from golden.rig.maps import map_sum, pack
 from golden.rig.rectify import rectify
 from hdl.matcher.stream import PixelPair
 from hdl.rig.balance import BalanceMode
@@ -27,7 +27,8 @@ CASE = json.loads(os.environ["CASE"])
 async def pairs(dut):
     """The map of the build, then another one, which is loaded as the frame before is received; the last pair is a copy."""
     width, height, labels, minimum, stall = (CASE[name] for name in ("width", "height", "labels", "minimum", "stall"))
-    inputs = {"enable": 1, "map_write": 0, "map_address": 0, "map_data": 0, "swap": 0, "clear": 0, "mode": int(BalanceMode.AUTO),
+    inputs = {"rectify": 1, "map_side": 0, "map_start": 0, "map_address": 0, "map_next": 0, "map_low": 0, "map_middle": 0, "map_high": 0,
+              "swap": 0, "clear": 0, "balance": int(BalanceMode.AUTO),
               "fixed_gain": 0, "fixed_offset": 0, "width": width, "height": height, "minimum": minimum & 511,
               "i__valid": 0, "i__payload": 0, "o__ready": 0}
     for name, value in inputs.items():
@@ -51,13 +52,20 @@ async def pairs(dut):
     cocotb.start_soon(check_rules(dut, "o", transfers))
 
     async def load():
+        async def act(name):
+            getattr(dut, name).value = 1
+            await ClockCycles(dut.clk, 1)
+            getattr(dut, name).value = 0
+
         for side, which in enumerate(maps_of(CASE, True)):
-            dut.map_write.value = 1 << side
-            for address, word in enumerate(pack(which)):
-                dut.map_address.value = address
-                dut.map_data.value = word
-                await ClockCycles(dut.clk, 1)
-        dut.map_write.value = 0
+            dut.map_side.value = side
+            await act("map_start")
+            words = pack(which)
+            for word in words:
+                dut.map_low.value, dut.map_middle.value, dut.map_high.value = word & 65535, word >> 16 & 65535, word >> 32
+                await act("map_next")
+                await ClockCycles(dut.clk, 4)
+            assert int(dut.map_sum.value) == map_sum(words)
 
     async def send():
         rng = random.Random(1)
@@ -67,8 +75,8 @@ async def pairs(dut):
                 # Both stages sample as a frame enters them: the last pair of the other kind must have left first.
                 while len(transfers) < len(expected) - len(words):
                     await ClockCycles(dut.clk, 1)
-                dut.enable.value = 0
-                dut.mode.value = int(BalanceMode.OFF)
+                dut.rectify.value = 0
+                dut.balance.value = int(BalanceMode.OFF)
             if number == 2:
                 dut.swap.value = 1
                 await ClockCycles(dut.clk, 1)

@@ -7,7 +7,8 @@ import pytest
 from golden.rig.lines import lines_needed
 from golden.rig.maps import pack
 from hdl.emit import write_verilog
-from sim.benches.rig import RigStages, maps_of
+from hdl.rig.stages import RigStages
+from sim.benches.rig import maps_of
 from sim.kit.simulators import build, run
 
 
@@ -25,7 +26,7 @@ FULL = {"width": 720, "height": 576, "labels": 80, "minimum": 0, "lines": 34, "s
 def test_rig(simulator, case, tmp_path):
     maps = maps_of(case, False)
     assert max(lines_needed(maps), lines_needed(maps_of(case, True))) <= case["lines"]
-    stages = RigStages(case["width"], case["height"], case["lines"], case["labels"], dict(zip(("left", "right"), map(pack, maps))))
+    stages = RigStages(case["width"], case["height"], case["labels"], case["lines"], maps=dict(zip(("left", "right"), map(pack, maps))))
     source = write_verilog(stages, tmp_path / "rig.v", name="rig")
     build(simulator, [source], "rig", tmp_path / simulator)
     assert run(simulator, "rig", tmp_path / simulator, "sim.benches.rig_tb", env={"CASE": json.dumps(case)}) == 1

@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from golden.rig.maps import displacement, grid, identity, pack, unpack, word_count
+from golden.rig.maps import displacement, grid, identity, map_sum, pack, unpack, word_count
 
 
 def random_map(width, height, seed=1, reach=8191):
@@ -83,3 +83,11 @@ def test_wrong_words():
         unpack([0] * 5, 9, 9)
     with pytest.raises(ValueError, match="word 2 of a map is 0x1000000000, which has not 36 bits"):
         unpack([0, 0, 1 << 36, 0, 0, 0], 9, 9)
+
+
+def test_sum_sees_what_was_loaded_wrong():
+    words = pack(identity(40, 40))
+    words[1] += 5
+    changed = [words[1:], words[:-1] + [words[-1] ^ 1], [words[0] ^ 1 << 35, *words[1:]], [words[1], words[0], *words[2:]],
+               [word << 16 & (1 << 36) - 1 | word >> 20 for word in words]]
+    assert map_sum(words) not in [map_sum(each) for each in changed]

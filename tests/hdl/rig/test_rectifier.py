@@ -80,6 +80,15 @@ def test_latency_and_rate():
     assert cycles["o"][-1] - starts[-1] == width - 1
 
 
+@pytest.mark.parametrize("enable", [0, 1])
+def test_slow_consumer(enable):
+    """Much less than a pixel a clock is accepted: what is in flight finds room."""
+    picture, = noise(30, 4, 1, pictures=1)
+    out = run_stream(left_rectifier(identity(30, 4)), left_words(picture), rng=np.random.default_rng(1), inputs={"enable": enable},
+                     stall_o=0.9)
+    assert [comparable(word) for word in out] == left_words(picture)
+
+
 def test_off_copies_anything():
     """Words of any flags, from the first ``first`` on."""
     rng = np.random.default_rng(3)
