@@ -203,6 +203,18 @@ def test_as_many_lines_as_there_are(dy, bound):
     assert run(left_rectifier(which), left_words(picture)) == left_words(rectify(picture, which))
 
 
+def test_rows_in_flight_are_kept():
+    """The last pixels of a line read its first row, at its start, and wait for a slow consumer: the row must not be free before."""
+    which = steep(34, 24, 0, 0)
+    dx, dy = np.zeros_like(which.dx), np.zeros_like(which.dy)
+    dx[:, 1:], dy[:, :1] = -32 * 32, 20 * 32
+    which = dataclasses.replace(which, dx=dx, dy=dy)
+    assert lines_needed([which]) == 22
+    picture, = noise(34, 24, 1, pictures=1)
+    out = run_stream(left_rectifier(which), left_words(picture), rng=np.random.default_rng(1), inputs={"enable": 1}, stall_o=0.9)
+    assert [comparable(word) for word in out] == left_words(rectify(picture, which))
+
+
 @pytest.mark.parametrize("dy, bound", [(21, 0), (0, -21), (-60, -60)])
 def test_map_of_too_many_lines(dy, bound):
     """A row is missing for a pixel, or for a line: what was output stays, the rest is black, and the next frame is exact."""
