@@ -33,7 +33,7 @@ MORE = [
      {"in_use": 20, "census_threshold": 7, "near_threshold": 60, "far_threshold": 70, "step_threshold": 80, "above_share": 0}),
     (config(6, 1, from_below=True, census_rows=1, census_columns=1, reach=0), [(1, 9), (1, 1)], {"median": 0}),
     (config(37, 99, from_below=True, soft_multipliers=True, lower_threshold=0, fan=31, **NARROW), [(99, 8), (5, 3)], WIDE_SETTINGS),
-    (config(128, 530, from_below=True), [(530, 7), (5, 3), (257, 2)], {"minimum": 40}),
+    (config(64, 530, from_below=True), [(530, 7), (5, 3), (257, 2)], {"minimum": 40}),
     (config(9, 44, check=False, fill=False, median=False, minimum=3, census_threshold=2), [(44, 9), (5, 3), (31, 4)],
      {"check": 1, "fill": 1, "median": 1, "minimum": 0, "census_threshold": 0}),
     (config(2, 5, reach=2, fan=3), [(5, 3), (1, 1), (2, 2), (5, 1)], {"check": 0}),

@@ -46,6 +46,7 @@ def words_of(pair, config):
     (config_of(6, 50, spread_step=1, spread_jump=127, gate_floor=127, above_share=15, cost_limit=9), 50, 4, 0.0),
     (config_of(2, 1, from_below=True, reach=2, fan=3), 1, 1, 0.3),
     (config_of(3, 16, from_below=True, minimum=4, below_share=15), 11, 4, 0.0),
+    (config_of(3, 100, from_below=True, reach=3, fan=3, below_share=15), 100, 4, 0.0),      # at full rate, line behind line
     (config_of(10, 40, from_below=True, census_rows=3, census_columns=3), 40, 6, 0.6),     # two groups
     (config_of(6, 60, from_below=True, near_threshold=40, far_threshold=30, step_threshold=50, reach=31), 50, 5, 0.3),
     (config_of(6, 24, from_below=True, minimum=-5, lower_share=0, own_share=7), 24, 4, 0.0),
@@ -104,15 +105,8 @@ def test_frame_clocks(config, height):
     assert firsts[2] - firsts[1] <= dut.frame_clocks(width, height) <= slack * (firsts[2] - firsts[1])
 
 
-def test_settings():
-    """Built-in ones until the first pulse; new ones from the next frame on, even if they are set while a frame is output."""
-    config = config_of(4, 20, near_threshold=20, far_threshold=9, step_threshold=20)
-    left, right, _ = scene(20, 4, 4, seed=11)
-    rng = np.random.default_rng(1)
-    left, right = (np.clip(side.astype(int) // 3 + 90 + rng.integers(-6, 7, side.shape), 0, 255).astype(np.uint8) for side in (left, right))
-    sets = [{}, {"minimum": 2}, {"check": 0, "fill": 0}, {"fill": 0}, {"median": 0}, {"census_threshold": 7}, {"near_threshold": 3},
-            {"step_threshold": 4}, {"far_threshold": 90}, {"above_share": 0},
-            {"gate_numerator": 1000}, {"gate_offset": 8}, {"gate_floor": 20}, {"in_use": 2}]
+def check_sets(config, left, right, sets):
+    """The pair, once for each of ``sets`` of settings, which are set while the one before is output: each with its own settings."""
     expected = [words_of((left, right), config.with_settings(settings)) for settings in sets]
     assert all(a != b for n, a in enumerate(expected) for b in expected[:n])  # each set gives another picture
     dut = Matcher(config)
@@ -139,6 +133,28 @@ def test_settings():
     given, errors = run_script(dut, script, len(sets) * left.size)
     assert given == [word for words in expected for word in words]
     assert not any(errors)
+    return dut
+
+
+def test_settings():
+    """Built-in ones until the first pulse; new ones from the next frame on, even if they are set while a frame is output."""
+    config = config_of(4, 20, near_threshold=20, far_threshold=9, step_threshold=20)
+    left, right, _ = scene(20, 4, 4, seed=11)
+    rng = np.random.default_rng(1)
+    left, right = (np.clip(side.astype(int) // 3 + 90 + rng.integers(-6, 7, side.shape), 0, 255).astype(np.uint8) for side in (left, right))
+    check_sets(config, left, right, [
+        {}, {"minimum": 2}, {"check": 0, "fill": 0}, {"fill": 0}, {"median": 0}, {"census_threshold": 7}, {"near_threshold": 3},
+        {"step_threshold": 4}, {"far_threshold": 90}, {"above_share": 0}, {"gate_numerator": 1000}, {"gate_offset": 8}, {"gate_floor": 20},
+        {"in_use": 2}])
+
+
+def test_gates_of_great_differences():
+    """The last gates are in the tables before the third line needs them, which comes soonest on lines of full rate."""
+    config = config_of(5, 48, reach=0, fan=3, census_rows=1, census_columns=1, check=False, median=False, above_share=15)
+    rng = np.random.default_rng(2)
+    left, right = (np.where(rng.random((3, 48)) < 0.5, rng.integers(0, 9, (3, 48)), rng.integers(247, 256, (3, 48))).astype(np.uint8)
+                   for _ in range(2))
+    assert check_sets(config, left, right, [{}, {"gate_floor": 127}]).full_rate_width <= 48
 
 
 @pytest.mark.parametrize("case", list(RAGGED)[::6])
