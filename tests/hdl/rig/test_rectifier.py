@@ -69,6 +69,17 @@ def test_matches_golden(name):
                                                                           for word in rectified_words(pair, maps)]
 
 
+def test_lines_that_end_while_the_map_is_read():
+    """A map for pictures of 18 columns does for fewer, too: the words for the cell beyond are given up at any place."""
+    which = noise_map(18, 3, 90, 1)
+    words, wanted = [], []
+    for width in range(10, 19):
+        picture, = noise(width, 3, width, pictures=1)
+        words += left_words(picture)
+        wanted += left_words(rectify(picture, dataclasses.replace(which, width=width)))
+    assert run(left_rectifier(which), words) == wanted
+
+
 def test_latency_and_rate():
     """A line leaves when the row below it has arrived; the last lines at a pixel a clock and the clocks of a line."""
     width, height = 37, 5
