@@ -81,10 +81,10 @@ async def pairs(dut):
                 dut.swap.value = 1
                 await ClockCycles(dut.clk, 1)
                 dut.swap.value = 0
-            await source(dut, "i", words[:1], rng=rng, stall=stall)
+            await source(dut, "i", words[:1], rng=rng, stall=stall, timeout=200_000)
             if number == 1:
                 await load()
-            await source(dut, "i", words[1:], rng=rng, stall=stall)
+            await source(dut, "i", words[1:], rng=rng, stall=stall, timeout=200_000)
 
     sender = cocotb.start_soon(send())
     received = await sink(dut, "o", len(expected), rng=random.Random(2), stall=stall, timeout=200_000)

@@ -14,14 +14,12 @@ from sim.kit.simulators import build, run
 
 SMALL = {"width": 37, "height": 11, "labels": 8, "minimum": 0, "lines": 22, "stall": 0.3, "frames": 5}
 MORE = {"width": 160, "height": 100, "labels": 40, "minimum": -9, "lines": 22, "stall": 0.0, "frames": 5}
-FULL = {"width": 720, "height": 576, "labels": 80, "minimum": 0, "lines": 34, "stall": 0.0, "frames": 4}
 
 
-# Slow: larger pictures; at full size a minute.
+# Slow: larger pictures, and windows that are apart.
 @pytest.mark.parametrize("simulator, case", [
     pytest.param("icarus", SMALL, id="icarus"), pytest.param("verilator", SMALL, id="verilator"),
     pytest.param("icarus", MORE, id="icarus-160x100", marks=pytest.mark.slow),
-    pytest.param("verilator", FULL, id="verilator-720x576", marks=pytest.mark.slow),
 ])
 def test_rig(simulator, case, tmp_path):
     maps = maps_of(case, False)

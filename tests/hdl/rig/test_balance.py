@@ -67,7 +67,9 @@ def test_auto_follows():
     assert len(set(gains)) == len(pairs)
 
 
-@pytest.mark.parametrize("minimum, labels", [(0, 80), (-64, 16), (255, 2), (-5, 3)])
+# Slow: windows at the edges on both sides.
+@pytest.mark.parametrize("minimum, labels", [(1, 8), (-7, 8), pytest.param(-64, 16, marks=pytest.mark.slow),
+                                             pytest.param(255, 2, marks=pytest.mark.slow)])
 def test_windows(minimum, labels):
     """Pictures of several sizes, with windows at their edges: means and deviations tell which pixels were measured."""
     sizes = [(40, 24), (40, 24), (33, 17), (31, 8), (2, 2)]

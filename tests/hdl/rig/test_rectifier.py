@@ -57,7 +57,9 @@ CASES = {
 }
 
 
-@pytest.mark.parametrize("name", CASES)
+# Slow: what the others have, too.
+@pytest.mark.parametrize("name", [pytest.param(name, marks=pytest.mark.slow if name in ("narrow", "whole cells") else [])
+                                  for name in CASES])
 def test_matches_golden(name):
     """Two frames; small ones also with stalls."""
     (width, height), maps = CASES[name]
@@ -163,7 +165,8 @@ def drive(dut, frames, *, drain=400, stall=0.0):
     return [comparable(word) for word in given], told
 
 
-@pytest.mark.parametrize("stall", [0.0, 0.4])
+# Slow: without stalls, which leaves less to go wrong.
+@pytest.mark.parametrize("stall", [pytest.param(0.0, marks=pytest.mark.slow), 0.4])
 def test_settings_change_between_frames(stall):
     """On and off, a map that is loaded but not swapped, swapped in the next frame, and another size."""
     width, height = 35, 8
@@ -226,7 +229,8 @@ def test_rows_in_flight_are_kept():
     assert [comparable(word) for word in out] == left_words(rectify(picture, which))
 
 
-@pytest.mark.parametrize("dy, bound", [(21, 0), (0, -21), (-60, -60)])
+# Slow: a row that is far away blocks as one that is near.
+@pytest.mark.parametrize("dy, bound", [(21, 0), (0, -21), pytest.param(-60, -60, marks=pytest.mark.slow)])
 def test_map_of_too_many_lines(dy, bound):
     """A row is missing for a pixel, or for a line: what was output stays, the rest is black, and the next frame is exact."""
     width, height = 34, 30
