@@ -19,8 +19,9 @@ NARROW = {"near_threshold": 2, "far_threshold": 9, "step_threshold": 255}
 # A matcher, the sizes of consecutive frames, one of which has its longest line, and the settings of a last run. Few, as each build takes
 # fifteen seconds or more. With costs from below there is all that there is without, and more.
 CASES = [
-    (config(20, 90, minimum=-9, from_below=True, fill=False, own_share=7, spread_step=1, spread_jump=127, gate_floor=127, above_share=15),
-     [(90, 8), (5, 3)], {"fill": 1, "above_share": 1, "below_share": 15, "minimum": -4}),
+    (config(20, 90, minimum=-9, from_below=True, sub_pixel=True, fill=False, own_share=7, spread_step=1, spread_jump=127, gate_floor=127,
+            above_share=15),
+     [(90, 8), (5, 3)], {"fill": 1, "above_share": 1, "below_share": 15, "gate_floor": 3, "minimum": -4}),
 ]
 # Slow: what a case above combines, one at a time; more labels and longer lines; windows and arms of other sizes.
 MORE = [
@@ -69,7 +70,7 @@ def test_matches_golden(simulator, case, sizes, settings, tmp_path):
     lefts, rights = pictures(sizes, case.labels)
     if any(width >= 2 * case.labels and height > 2 for width, height in sizes):
         found = [stages(left, right, case) for left, right in zip(lefts, rights)]
-        labels = np.concatenate([each.found.ravel() for each in found])
+        labels = np.concatenate([each.found.ravel() for each in found]) // case.method.disparity_scale
         assert {0, case.labels - 1} <= set(labels.tolist())
         assert not case.method.refinement.check or 0.1 < np.mean(np.concatenate([each.passed.ravel() for each in found])) <= 1
 

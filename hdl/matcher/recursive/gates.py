@@ -66,8 +66,9 @@ class GateFill(wiring.Component):
         m.d.comb += [
             self.o.difference.eq(difference), self.o.gate.eq(Mux(settings.gate_floor > quotient, settings.gate_floor, quotient)),
         ]
-        with m.If(settings.gate_floor > jump):
-            m.d.comb += self.o.gate.eq(jump)
+        if jump < self.config.settings["gate_floor"].maximum:
+            with m.If(settings.gate_floor > jump):
+                m.d.comb += self.o.gate.eq(jump)
         with m.FSM():
             with m.State("idle"):
                 with m.If(self.start & (~whole | (now.as_value() != settings.as_value()))):
