@@ -18,19 +18,19 @@ def config(disparities, max_width, *, refinement=ALL, minimum=0, **parameters):
     return MatcherConfig(disparities, max_width, minimum, method=changed(changed(FUSED_1, refinement=refinement), **parameters))
 
 
-# A matcher, the sizes of consecutive frames, one of which has its longest line, and the settings of a last run. Few, as each build takes
-# ten seconds or more: each differs from the default in many ways.
+# A matcher, the sizes of consecutive frames, one of which has its longest line, and the settings of a last run. One, as a build takes
+# ten seconds or more: it differs from the default in many ways.
 CASES = [
-    (config(3, 20, minimum=3, reach=0, census_rows=3, census_columns=3), [(20, 5), (1, 7), (2, 2), (5, 1)],
-     {"fill": 0, "minimum": 255}),
     (config(14, 70, refinement=Refinement(check=False, fill=False, median=False, sub_pixel=True), minimum=-9, cost_factor=0, cost_shift=4,
             census_rows=7, census_columns=9, census_weight=25, reach=31, arm_threshold=60, median_size=3),
      [(70, 8), (14, 2), (13, 2), (1, 1)],
      {"check": 1, "fill": 1, "median": 1, "minimum": -4, "u1": 63, "u2": 1, "u3": 62, "in_use": 8}),
 ]
-# Slow: what one case above combines, one at a time; more labels; and the named parameters, which are also those of Tsukuba below (set 3)
-# and of a case for Icarus (set 2).
+# Slow: what the case above combines, one at a time; the sizes of cases for Icarus; more labels; and the named parameters, of which a case
+# for Icarus has set 2.
 MORE = [
+    (config(3, 20, minimum=3, reach=0, census_rows=3, census_columns=3), [(20, 5), (1, 7), (2, 2), (5, 1)],
+     {"fill": 0, "minimum": 255}),
     (config(2, 5), [(5, 3), (1, 1), (2, 2), (5, 1)], {"check": 0}),
     (config(3, 64, reach=0, census_rows=3, census_columns=3), [(64, 6), (1, 7), (2, 2)], {"fill": 0}),
     (config(15, 62, refinement=Refinement(check=False, fill=False, median=False), minimum=3, cost_factor=0, census_weight=85, cost_shift=4),
@@ -89,9 +89,10 @@ def test_scene_tells_labels_apart():
     assert discriminates(fused.stages(left, right, case).found, case)
 
 
-@pytest.mark.parametrize("parameters", [pytest.param({}, id="1", marks=pytest.mark.slow), pytest.param(SET_3, id="3")])
+@pytest.mark.slow
+@pytest.mark.parametrize("parameters", [pytest.param({}, id="1"), pytest.param(SET_3, id="3")])
 def test_tsukuba(parameters, tmp_path):
-    """A real pair, then scenes with stalls and other settings on the same model. Slow: set 1, which most cases above have."""
+    """A real pair, then scenes with stalls and other settings on the same model. Slow: scenes show as much, but for the time."""
     pair = middlebury("tsukuba")
     bench = MatcherBench(config(16, 384, **parameters), tmp_path)
     result = bench.check([pair.left], [pair.right], "verilator")

@@ -19,7 +19,7 @@ NARROW = {"near_threshold": 2, "far_threshold": 9, "step_threshold": 255}
 # A matcher, the sizes of consecutive frames, one of which has its longest line, and the settings of a last run. Few, as each build takes
 # fifteen seconds or more. With costs from below there is all that there is without, and more.
 CASES = [
-    (config(20, 90, minimum=-9, from_below=True, sub_pixel=True, fill=False, own_share=7, spread_step=1, spread_jump=127, gate_floor=127,
+    (config(9, 90, minimum=-9, from_below=True, sub_pixel=True, fill=False, own_share=7, spread_step=1, spread_jump=127, gate_floor=127,
             above_share=15),
      [(90, 8), (5, 3)], {"fill": 1, "above_share": 1, "below_share": 15, "gate_floor": 3, "minimum": -4}),
 ]

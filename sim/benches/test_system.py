@@ -12,7 +12,7 @@ from sim.benches.system_sizes import SIZES
 from sim.system import main, run_small
 
 
-# The faults of every run of the tests; all of them are slow.
+# The faults of the first run.
 SOME = ("left camera's clock stops and comes back", "fields swapped", "one-bit errors of timing codes", "memory stalls for 100 us")
 
 
@@ -22,15 +22,16 @@ def folder(tmp_path_factory):
     return tmp_path_factory.mktemp("system")
 
 
-# Slow: the system with the other method; what the monitor, the host and the cameras do is the same, and fewer settings are written.
+# Slow: the system with the other methods; what the monitor, the host and the cameras do is the same.
 @pytest.mark.parametrize("size", ["small fused", *(pytest.param(size, marks=pytest.mark.slow) for size in ("small", "small recursive"))])
 def test_pictures(folder, size):
     """With the fused method: a minimum disparity and fractions, which the monitor's picture does not have."""
     run_small(folder, "pictures", size=size)
 
 
-@pytest.mark.parametrize("size, names", [("small fused", SOME), pytest.param("small", tuple(FAULTS), marks=pytest.mark.slow)],
-                         ids=["some", "all"])
+# Slow: few faults with the method fused; the blocks that count them have tests of their own.
+@pytest.mark.slow
+@pytest.mark.parametrize("size, names", [("small fused", SOME), ("small", tuple(FAULTS))], ids=["some", "all"])
 def test_faults(folder, size, names):
     report = folder / "faults.json"
     run_small(folder, "faults", size=size, FAULTS=json.dumps(names), REPORT=str(report))

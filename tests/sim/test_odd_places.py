@@ -90,7 +90,8 @@ def test_verilator_and_cocotb_in_an_odd_place(source, tmp_path, monkeypatch):
     subprocess.run([sys.executable, "-c", code], check=True, timeout=300)
 
 
-@pytest.mark.parametrize("simulator", SIMULATORS)
+# Slow: Verilator and cocotb are in an odd place in the last test.
+@pytest.mark.parametrize("simulator", [pytest.param(name, marks=pytest.mark.slow if name == "verilator" else []) for name in SIMULATORS])
 def test_environment_of_other_benches(source, tmp_path, monkeypatch, simulator):
     """With the folders of the first test."""
     installed(simulator)
