@@ -18,8 +18,8 @@ def config(disparities, max_width, *, refinement=ALL, minimum=0, **parameters):
     return MatcherConfig(disparities, max_width, minimum, method=changed(changed(FUSED_1, refinement=refinement), **parameters))
 
 
-# A matcher, the sizes of consecutive frames, one of which has its longest line, and the settings of a last run. One, as a build takes
-# ten seconds or more: it differs from the default in many ways.
+# A matcher, the sizes of consecutive frames, one of which has its longest line, and the settings of a last run. It differs from the default
+# in many ways. Slow, as a build takes ten seconds or more: with Verilator the method runs in the system's bench, and on Icarus below.
 CASES = [
     (config(14, 70, refinement=Refinement(check=False, fill=False, median=False, sub_pixel=True), minimum=-9, cost_factor=0, cost_shift=4,
             census_rows=7, census_columns=9, census_weight=25, reach=31, arm_threshold=60, median_size=3),
@@ -62,7 +62,7 @@ SMALL = [
 
 
 @pytest.mark.parametrize("simulator, case, sizes, settings",
-                         [*(("verilator", *case) for case in CASES),
+                         [*(pytest.param("verilator", *case, marks=pytest.mark.slow) for case in CASES),
                           *(case if hasattr(case, "marks") else ("icarus", *case) for case in SMALL),
                           *(pytest.param("verilator", *case, marks=pytest.mark.slow) for case in MORE)], ids=names)
 def test_matches_golden(simulator, case, sizes, settings, tmp_path):

@@ -19,12 +19,12 @@ def streaming(disparities, fraction_bits=3, **settings):
 
 # A matcher, and the sizes of consecutive frames, one of which has its longest line.
 CASES = [
-    (config(13, Arithmetic.THESIS, max_width=37, weights=(63, 62, 61)), [(5, 3), (37, 11), (1, 1), (26, 2)]),
     (streaming(13, 1, max_width=64), [(64, 6), (37, 11), (5, 3)]),
 ]
-# Slow: two labels, which Icarus has below with either engine; more labels. Trees and groups of 2, 13 and 39 labels are full, odd and
+# Slow: the sequential engine and two labels, which Icarus has below; more labels. Trees and groups of 2, 13 and 39 labels are full, odd and
 # partly filled ones, with either arithmetic. Amaranth simulates 26 labels of the sequential engine, and an array of 33 of the other one.
 MORE = [
+    (config(13, Arithmetic.THESIS, max_width=37, weights=(63, 62, 61)), [(5, 3), (37, 11), (1, 1), (26, 2)]),
     (config(13, Arithmetic.LINEAR, 1, max_width=64), [(37, 11), (64, 6), (5, 3)]),
     (streaming(2, 0, max_width=5), [(5, 3), (1, 1), (2, 2), (5, 1)]),
     (config(2, Arithmetic.THESIS, max_width=1), [(1, 1), (1, 7), (1, 1)]),

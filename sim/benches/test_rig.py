@@ -18,7 +18,9 @@ MORE = {"width": 160, "height": 100, "labels": 40, "minimum": -9, "lines": 22, "
 
 # Slow: larger pictures, and windows that are apart.
 @pytest.mark.parametrize("simulator, case", [
-    pytest.param("icarus", SMALL, id="icarus"), pytest.param("verilator", SMALL, id="verilator"),
+    pytest.param("icarus", SMALL, id="icarus"),
+    # Slow: the same on the other simulator, which compiles for long; more lines.
+    pytest.param("verilator", SMALL, id="verilator", marks=pytest.mark.slow),
     pytest.param("icarus", MORE, id="icarus-160x100", marks=pytest.mark.slow),
 ])
 def test_rig(simulator, case, tmp_path):

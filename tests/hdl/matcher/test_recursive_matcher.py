@@ -43,7 +43,7 @@ def words_of(pair, config):
     (config_of(3, 16, minimum=-64), 11, 4, 0.0),                              # a lead longer than the lines
     (config_of(2, 1, minimum=-1, fan=3), 1, 2, 0.0),
     (config_of(6, 24, fill=False, lower_share=0, own_share=7), 24, 4, 0.0),
-    (config_of(6, 50, near_threshold=40, far_threshold=30, step_threshold=50, reach=31), 50, 3, 0.3),
+    pytest.param(config_of(6, 50, near_threshold=40, far_threshold=30, step_threshold=50, reach=31), 50, 3, 0.3, marks=pytest.mark.slow),
     (config_of(6, 50, spread_step=1, spread_jump=127, gate_floor=127, above_share=15, cost_limit=9), 50, 4, 0.0),
     (config_of(2, 1, from_below=True, reach=2, fan=3), 1, 1, 0.3),
     (config_of(3, 16, from_below=True, minimum=4, below_share=15), 11, 4, 0.0),

@@ -360,9 +360,8 @@ def blocks_of(config):
     return count(map_cyclone3(Matcher(config), "matcher")).blocks
 
 
-# Slow: the thesis's engine with the other arithmetic; the blocks of fused-2, of other widths and without the vertical support; those of the
-# recursive engine, which take half a minute.
-SLOW = ("sequential linear", "streaming fused", "streaming recursive-2")
+# Slow: the thesis's engine with the other arithmetic; the methods fused and recursive, which take a quarter of a minute and more each.
+SLOW = ("sequential linear", "streaming fused", "streaming fused-2", "streaming recursive-2")
 
 
 @pytest.mark.parametrize("name", [pytest.param(name, marks=pytest.mark.slow if name in SLOW else []) for name in CONFIGS])
