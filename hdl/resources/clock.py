@@ -179,7 +179,7 @@ def place_and_route(component: Any, report: Callable[[str], None] = lambda step:
         _plan(folder / "design.json", top)
         report("place and route")
         # Relative names: the tool runs in a sandbox that sees the working folder only.
-        arguments = ["--85k", "--speed", "6", "--package", "CABGA756", "--router", "router1", "--timing-allow-fail",
+        arguments = ["--85k", "--speed", "6", "--package", "CABGA756", "--router", "router2", "--timing-allow-fail",
                      "--freq", str(_TARGET_MHZ), "--seed", str(seed),
                      "--json", "design.json", "--report", "report.json", "--detailed-timing-report"]
         with (folder / "nextpnr.log").open("w") as log:
