@@ -5,7 +5,7 @@ from amaranth.lib import data, wiring
 from amaranth.lib.memory import Memory
 from amaranth.lib.wiring import In, Out
 
-from golden.config import PIXEL_BITS, PIXEL_MAX, MatcherConfig, Recursive
+from golden.config import PIXEL_BITS, PIXEL_MAX, MatcherConfig, Propagation, Recursive
 
 from ...parts.delay import NO_COLLISION
 from ..settings import setting_shape
@@ -41,7 +41,7 @@ class GateFill(wiring.Component):
     busy : Out(1)
     """
     SETTINGS = ("gate_numerator", "gate_offset", "gate_floor")
-    CLOCKS = 1 + PIXEL_MAX + 1 + 127
+    CLOCKS = 1 + PIXEL_MAX + 1 + Propagation.LIMITS["spread_jump"][-1]
 
     def __init__(self, config: MatcherConfig):
         self.config = config
