@@ -1,3 +1,3 @@
 """The host's view of the system as data: register map, wire protocol, and the page that describes both; no gateware.
-May import ``golden.config`` and ``golden.video``.
+May import ``golden.config``, ``golden.rig`` and ``golden.video``.
 """

@@ -10,6 +10,7 @@ from ..config import METHODS, RECURSIVE_2, Fused, MatcherConfig
 from ..errors import run_cli
 from ..files import atomic, check_output
 from ..pages import digest, origin
+from ..rig.config import RigConfig
 from .protocol import (
     BAUD,
     FRAME_BYTES,
@@ -92,8 +93,9 @@ def _protocol() -> list[str]:
 
 _SECTIONS = {
     Kind.CONSTANT: ("Constants", "Read-only; here those of a matcher of the default size with the method `fused`."),
-    Kind.SETTING: ("Settings", "Read and written; a new value takes effect at a frame's start. A matcher that was built with a negative "
-                   "`minimum` takes any value from there on, as a two's complement of 16 bits. " + " ".join(
+    Kind.SETTING: ("Settings", "Read and written; a new value takes effect at a frame's start, those of `map_side` to `map_high` at once. "
+                   "A matcher that was built with a negative `minimum` takes any value from there on, as a two's complement of 16 bits. "
+                   + " ".join(
         f"A matcher with the method `{name}` has {', '.join(f'`{setting}`' for setting in MatcherConfig(method=method()).settings)}."
         for name, method in METHODS.items())),
     Kind.ACTION: ("Actions", "Write 1; they read as 0."),
@@ -141,7 +143,7 @@ def _run(argv: Sequence[str] | None) -> None:
     parser.add_argument("--output", type=Path, required=True, metavar="FILE", help="Markdown, .md")
     path = check_output(parser.parse_args(argv).output, [".md"])
     with atomic(path) as file:
-        file.write(page(register_map(MatcherConfig(method=Fused()))).encode())
+        file.write(page(register_map(MatcherConfig(method=Fused()), rig=RigConfig())).encode())
 
 
 def main(argv: Sequence[str] | None = None) -> int:

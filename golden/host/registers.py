@@ -4,7 +4,11 @@ import enum
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 
-from ..config import METHODS, MatcherConfig
+from ..config import METHODS, PIXEL_MAX, MatcherConfig
+from ..rig.balance import GAIN_ONE, GAINS, OFFSETS
+from ..rig.config import RigConfig
+from ..rig.maps import SUM_BITS, WORD_BITS, word_count
+from ..rig.rectify import ROW_OFFSETS
 from ..video.setup_steps import TFP410, TVP5154, Chip, Failure
 from .protocol import Operation, Reply, Status, decode_request
 
@@ -16,7 +20,7 @@ __all__ = ["COUNT_MAX", "IDENTITY", "SETUPS", "VERSION", "Kind", "Register", "Re
 IDENTITY = int.from_bytes(b"SG", "big")
 
 #: Version of this map: incremented whenever a register is added, removed or changes its meaning.
-VERSION = 4
+VERSION = 5
 
 #: Counters hold their greatest value.
 COUNT_MAX = 2**16 - 1
@@ -221,7 +225,48 @@ def _counters() -> Iterator[tuple[str, str, str]]:
         yield f"{fifo}_fill", "words", f"highest level of the FIFO {what}"
 
 
-def register_map(config: MatcherConfig | None = None, height: int = 576) -> RegisterMap:
+#: Which maps the rectifiers have in use.
+MAPS = {0: "identity", 1: "built in", 2: "loaded"}
+
+
+def _rig_registers(rig: RigConfig, width: int, height: int) -> Iterator[Register]:
+    """Registers of the stages between the cameras and the matcher."""
+    def setting(name: str, address: int, values: range, description: str, *, reset: int = 0, unit: str = "") -> Register:
+        return Register(name, address, Kind.SETTING, values[-1], description, minimum=values[0], reset=reset, unit=unit)
+
+    part = range(1 << SUM_BITS)
+    yield Register("rectify", 0x60, Kind.SETTING, 1, "both pictures are rectified", reset=1, words=_OFF_ON)
+    yield Register("balance", 0x61, Kind.SETTING, 2, "gain and offset of the right picture: those of the pairs before, or the fixed ones",
+                   reset=1, words={0: "off", 1: "auto", 2: "fixed"})
+    yield setting("fixed_gain", 0x62, GAINS, "gain of the right picture where it is fixed", reset=GAIN_ONE, unit="/ 256")
+    yield setting("fixed_offset", 0x63, OFFSETS, "offset of the right picture where it is fixed", unit="/ 256 grey level")
+    yield setting("row_offset", 0x64, ROW_OFFSETS, "line of the right camera that is line 0; takes effect with the maps", unit="lines",
+                  reset=rig.row_offset)
+    yield Register("map_side", 0x65, Kind.SETTING, 1, "camera whose map is written, at once", words={0: "left", 1: "right"})
+    yield setting("map_address", 0x66, range(word_count(width, height)), "first word to be written")
+    yield setting("map_low", 0x67, part, f"bits 0 to {SUM_BITS - 1} of a word of a map")
+    yield setting("map_middle", 0x68, part, f"bits {SUM_BITS} to {2 * SUM_BITS - 1}")
+    yield setting("map_high", 0x69, range(1 << (WORD_BITS - 2 * SUM_BITS)), f"bits {2 * SUM_BITS} to {WORD_BITS - 1}")
+    for address, (name, description) in enumerate({
+            "map_start": "the next word is written at map_address; the sum is 0",
+            "map_next": "writes a word of the map that is not in use",
+            "map_swap": "maps and row offset that were written are those in use from the next pair on"}.items(), 0x6A):
+        yield Register(name, address, Kind.ACTION, 1, description, minimum=1)
+    yield Register("map", 0x70, Kind.STATUS, max(MAPS), "maps in use", words=MAPS)
+    yield Register("map_swapping", 0x71, Kind.STATUS, 1, "maps wait for the next pair: nothing must be written", words=_NO_YES)
+    yield Register("map_sum", 0x72, Kind.STATUS, part[-1], "sum of the words written since map_start")
+    yield Register("map_fault", 0x73, Kind.STATUS, 1, "a map needed more lines than there are, since clear_counters", words=_NO_YES)
+    for address, (name, description) in enumerate({
+            "left_mean": "mean of the left picture of the last pair", "right_mean": "mean of the right one, before its balance",
+            "left_deviation": "mean absolute deviation from the mean, left", "right_deviation": "the same, right"}.items(), 0x74):
+        yield Register(name, address, Kind.STATUS, 16 * PIXEL_MAX, description, unit="/ 16 grey level")
+    yield Register("gain", 0x78, Kind.STATUS, GAINS[-1], "gain of the right picture", unit="/ 256")
+    yield Register("offset", 0x79, Kind.STATUS, OFFSETS[-1], "offset of the right picture", minimum=OFFSETS[0], unit="/ 256 grey level")
+    yield Register("map_abandoned", 0x7A, Kind.COUNTER, 255, "pairs not rectified to their end because of their maps",
+                   unit="pairs")
+
+
+def register_map(config: MatcherConfig | None = None, height: int = 576, rig: RigConfig | None = None) -> RegisterMap:
     """The registers of the system around a matcher.
 
     Parameters
@@ -230,6 +275,8 @@ def register_map(config: MatcherConfig | None = None, height: int = 576) -> Regi
         Determines ``disparities``, ``width``, ``method`` and the settings; the default one if ``None``.
     height : int
         Lines of a picture.
+    rig : RigConfig or None
+        Of rectification and balance; without them if ``None``.
     """
     config = config or MatcherConfig()
     labels = config.labels
@@ -248,6 +295,7 @@ def register_map(config: MatcherConfig | None = None, height: int = 576) -> Regi
         constant("width", 0x03, config.max_width, "longest line", "pixels"),
         constant("height", 0x04, height, "lines of a picture", "lines"),
         constant("lead", 0x06, config.lead, "columns by which the right picture is ahead: minimum may be as low as minus these", "columns"),
+        constant("rectify_lines", 0x07, rig.lines if rig else 0, "that each rectifier holds; 0 without rectification and balance", "lines"),
         constant("method", 0x05, methods.index(config.method.name), "method built in", words=dict(enumerate(methods))),
         *_settings(config),
         setting("show", 0x14, 0, {0: "disparity", 1: "left", 2: "both"}, "which picture the monitor shows"),
@@ -267,6 +315,7 @@ def register_map(config: MatcherConfig | None = None, height: int = 576) -> Regi
         }.items())),
         *(Register(name, 0x40 + n, Kind.COUNTER, COUNT_MAX, description, unit=unit)
           for n, (name, unit, description) in enumerate(_counters())),
+        *(_rig_registers(rig, config.max_width, height) if rig else ()),
     ), key=lambda register: register.address)))
 
 

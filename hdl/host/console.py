@@ -17,6 +17,7 @@ from golden.config import METHODS, MatcherConfig
 from golden.errors import UserError, run_cli
 from golden.host.protocol import BAUD, FRAME_BYTES, QUIET_SECONDS, Operation, Reply, Request, Status, encode_request, first_reply
 from golden.host.registers import IDENTITY, VERSION, Kind, Register, RegisterMap, register_map
+from golden.rig.config import RigConfig
 from golden.tables import print_table, whole
 
 
@@ -101,12 +102,13 @@ class Chip:
         if version != VERSION:
             raise UserError(f"the chip has version {version} of the register map, this console version {VERSION}; "
                             "use the console that came with the chip's build")
-        disparities, lead, method = (self.read(name) for name in ("disparities", "lead", "method"))
-        methods = [MatcherConfig(disparities, minimum=-lead, method=kind()) for kind in METHODS.values()]
+        disparities, lead, method, width, height, lines = (
+            self.read(name) for name in ("disparities", "lead", "method", "width", "height", "rectify_lines"))
+        methods = [MatcherConfig(disparities, width, minimum=-lead, method=kind()) for kind in METHODS.values()]
         if method >= len(methods):
             raise UserError(f"the chip has the method {method}, this console knows those from 0 to {len(methods) - 1}; "
                             "use the console that came with the chip's build")
-        self.registers = register_map(methods[method])
+        self.registers = register_map(methods[method], height, RigConfig(lines) if lines else None)
 
     def read(self, name: str) -> int:
         """The value of a register."""
@@ -231,7 +233,7 @@ def _list() -> None:
     table = Table(caption="the reset value and the maximum of in_use depend on the build", caption_justify="left")
     for column in ("register", "access", "values", "unit", "meaning"):
         table.add_column(column)
-    for register in register_map():
+    for register in register_map(rig=RigConfig()):
         table.add_row(register.name, register.access, register.limits, register.unit, register.description)
     print_table(table)
 

@@ -1,7 +1,7 @@
 """The host's registers and their serial line: settings that the host writes, status and counters that it reads."""
 
 from amaranth import *
-from amaranth.hdl import ValueLike
+from amaranth.hdl import ShapeLike, ValueLike
 from amaranth.lib import data, stream, wiring
 from amaranth.lib.wiring import In, Out
 
@@ -19,11 +19,14 @@ _ERRORS = "uart_errors"
 _CLEAR = "clear_counters"
 
 
+def _shape(register: Register) -> ShapeLike:
+    return signed(register.width) if register.signed else register.width
+
+
 class SettingLayout(data.StructLayout):
     """Each setting under its name."""
     def __init__(self, registers: RegisterMap):
-        super().__init__({register.name: signed(register.width) if register.signed else register.width
-                          for register in registers.of(Kind.SETTING)})
+        super().__init__({register.name: _shape(register) for register in registers.of(Kind.SETTING)})
 
 
 class ActionLayout(data.StructLayout):
@@ -36,7 +39,7 @@ class StatusLayout(data.StructLayout):
     """Each status and each counter of other blocks, under its name."""
     def __init__(self, registers: RegisterMap):
         given = [register for register in registers.of(Kind.STATUS, Kind.COUNTER) if register.name != _ERRORS]
-        super().__init__({register.name: register.width for register in given})
+        super().__init__({register.name: _shape(register) for register in given})
 
 
 class RegisterFile(wiring.Component):

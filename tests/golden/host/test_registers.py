@@ -24,6 +24,9 @@ from golden.host.protocol import (
 )
 from golden.host.register_page import main, page
 from golden.host.registers import SETUPS, Kind, Register, RegisterMap, answer, register_map
+from golden.rig.config import RigConfig
+from golden.rig.files import Rig
+from golden.rig.maps import identity
 from golden.video.setup_steps import TFP410
 
 
@@ -129,7 +132,24 @@ def test_addresses():
                                                  "below_share")] == [*range(0x1B, 0x20), 0x22]
     for register in REGISTERS:
         assert REGISTERS.at(register.address) is register
-    assert REGISTERS.at(0x07) is None
+    assert REGISTERS.at(0x08) is None
+
+    rig = register_map(rig=RigConfig())
+    some = (0x60, 0x64, 0x69, 0x6A, 0x6C, 0x70, 0x74, 0x79)
+    assert {register.name: register.address for register in rig if register.address in some} == {
+        "rectify": 0x60, "row_offset": 0x64, "map_high": 0x69, "map_start": 0x6A, "map_swap": 0x6C, "map": 0x70, "left_mean": 0x74,
+        "offset": 0x79}
+    assert len(rig) > len(REGISTERS) and REGISTERS.at(0x60) is None
+
+
+def test_rig_registers():
+    """Limits and reset values follow from the size of the pictures and from the rig that is built in."""
+    which = identity(720, 576)
+    registers = register_map(MatcherConfig(max_width=720), 576, RigConfig(44, Rig(which, which, -3)))
+    assert registers["rectify_lines"].reset == 44 and REGISTERS["rectify_lines"].reset == 0
+    assert registers["map_address"].maximum == 19 * 25 - 1 and registers["map_high"].maximum == 15
+    assert (registers["row_offset"].reset, registers["row_offset"].minimum) == (-3, -128)
+    assert registers["offset"].decode(registers["offset"].encode(-16384)) == -16384
 
 
 def test_negative_values():
@@ -158,7 +178,7 @@ def test_kinds():
 
 def test_limits():
     assert [REGISTERS[name].limits for name in ("show", "in_use", "version", "decoder_state", "transmitter_step")] == [
-        "0 disparity, 1 left, 2 both", "1 .. 80", "4", "0 busy, 1 done, 2 failed", f"0 .. {len(TFP410.steps) - 1}"]
+        "0 disparity, 1 left, 2 both", "1 .. 80", "5", "0 busy, 1 done, 2 failed", f"0 .. {len(TFP410.steps) - 1}"]
 
 
 @pytest.mark.parametrize("name, value, text", [
@@ -227,7 +247,7 @@ def test_answer_to_a_bad_sum():
 def test_page_is_up_to_date(tmp_path):
     assert main(["--output", str(tmp_path / "registers.md")]) == 0
     text = (tmp_path / "registers.md").read_text()
-    assert text == page(register_map(MatcherConfig(method=FUSED_1)))
+    assert text == page(register_map(MatcherConfig(method=FUSED_1), rig=RigConfig()))
     assert (ROOT / "docs" / "registers.md").read_text() == text, "run python -m golden.host.register_page --output docs/registers.md"
 
 

@@ -15,11 +15,15 @@ from golden.config import FUSED_1, MatcherConfig
 from golden.errors import UserError
 from golden.host.protocol import FRAME_BYTES, REPLY_SYNC, Operation, Reply, Request, Status, decode_request, encode_reply
 from golden.host.registers import IDENTITY, Kind, RegisterMap, answer, register_map
+from golden.rig.config import RigConfig
 from hdl.host.console import Chip, SerialPort, main
 from sim.models.uart import SimulatedChip
 
 
 REGISTERS = register_map(MatcherConfig(labels=20), height=200)
+
+# Registers that a console reads first, to know which chip it is.
+CONSTANTS = 8
 
 
 class FakeLine:
@@ -182,7 +186,7 @@ def test_list_needs_no_chip(capsys, monkeypatch):
     monkeypatch.setenv("COLUMNS", "200")
     assert main(["list"]) == 0
     out = capsys.readouterr().out
-    for register in register_map():
+    for register in register_map(rig=RigConfig()):
         assert rows(out, register.name) == [[register.name, register.access, register.limits, register.unit, register.description]]
 
 
@@ -210,18 +214,18 @@ def test_retries(capsys, fault):
 def test_write_that_came_as_another_value(capsys):
     """The sum was right by chance: the reply tells, and the write is sent again."""
     def fault(number, data):
-        return encode_reply(Reply(Status.OK, data[2], 35)) if number == 5 else data
+        return encode_reply(Reply(Status.OK, data[2], 35)) if number == CONSTANTS else data
     line = FakeLine(fault)
     assert run(capsys, "set u1=34", line)[:2] == (0, "u1 = 34 grey levels a pixel\n")
-    assert line.requests[5] == line.requests[6] == Request(Operation.WRITE, REGISTERS["u1"].address, 34)
+    assert line.requests[CONSTANTS] == line.requests[CONSTANTS + 1] == Request(Operation.WRITE, REGISTERS["u1"].address, 34)
 
 
 def test_silence_before_a_retry():
     """The chip drops half a request only after its time-out."""
-    line = FakeLine(lambda number, data: b"" if number == 5 else data)
+    line = FakeLine(lambda number, data: b"" if number == CONSTANTS else data)
     Chip(line, answer_seconds=0.5).read("u1")
     # No wait before the first attempts; then the time-out of the reply, and the pause.
-    assert line.waits == [0, 0, 0, 0, 0, 0, 0.5, 0.011]
+    assert line.waits == [*[0] * (CONSTANTS + 1), 0.5, 0.011]
 
 
 def test_no_answer(capsys):
@@ -254,7 +258,7 @@ def test_other_chips(capsys):
         return FakeLine(registers=RegisterMap(tuple(changed)))
     assert f"its identity is 4660, not {IDENTITY}" in fails(capsys, "get u1", with_constant("identity", 0x1234))
     assert "the chip has the method 3, this console knows those from 0 to 2" in fails(capsys, "get u1", with_constant("method", 3))
-    assert "version 9 of the register map, this console version 4" in fails(capsys, "get u1", with_constant("version", 9))
+    assert "version 9 of the register map, this console version 5" in fails(capsys, "get u1", with_constant("version", 9))
     assert run(capsys, "set in_use=200", with_constant("disparities", 256))[0] == 2   # the fake itself still has 20
     assert "choose one of: 1 .. 20 labels" in fails(capsys, "set in_use=21")
 

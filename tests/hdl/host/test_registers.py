@@ -21,12 +21,13 @@ from golden.host.protocol import (
     encode_request,
 )
 from golden.host.registers import COUNT_MAX, Kind, RegisterMap, answer, register_map
+from golden.rig.config import RigConfig
 from hdl.host.registers import ActionLayout, RegisterFile, SettingLayout, StatusLayout
 from sim.kit.streams import check_rules, receive, run_stream, send
 
 
 # A setting may be negative.
-REGISTERS = register_map(MatcherConfig(labels=20, max_width=300, minimum=-16, method=changed(FUSED_1, u1=1, u2=2, u3=3)), height=200)
+REGISTERS = register_map(MatcherConfig(labels=20, max_width=300, minimum=-16, method=changed(FUSED_1, u1=1, u2=2, u3=3)), 200, RigConfig())
 TIMEOUT = 50
 READ_U1 = encode_request(Request(Operation.READ, REGISTERS["u1"].address))
 
@@ -201,7 +202,9 @@ def test_reset_values():
     async def testbench(ctx):
         assert {name: ctx.get(dut.settings[name]) for name in SettingLayout(REGISTERS).members} == {
             "u1": 1, "u2": 2, "u3": 3, "in_use": 20, "show": 0, "colour": 0, "hold": 0,
-            "minimum": -16, "check": 1, "fill": 1, "median": 1}
+            "minimum": -16, "check": 1, "fill": 1, "median": 1,
+            "rectify": 1, "balance": 1, "fixed_gain": 256, "fixed_offset": 0, "row_offset": 0, "map_side": 0, "map_address": 0,
+            "map_low": 0, "map_middle": 0, "map_high": 0}
         assert ctx.get(dut.actions.as_value()) == ctx.get(dut.errors) == 0
 
     play(dut, testbench)
