@@ -130,7 +130,7 @@ class UartHost:
 
 
 class SimulatedChip:
-    """The registers and their serial line in Amaranth's simulator, as the transport of :class:`hdl.host.console.Chip`.
+    """The registers and their serial line in Amaranth's simulator, as the transport of :class:`hdl.host.chip.Chip`.
 
     Time is simulated: a second is ``clock_hz`` cycles.
 

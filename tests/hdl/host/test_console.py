@@ -16,7 +16,8 @@ from golden.errors import UserError
 from golden.host.protocol import FRAME_BYTES, REPLY_SYNC, Operation, Reply, Request, Status, decode_request, encode_reply
 from golden.host.registers import IDENTITY, Kind, RegisterMap, answer, register_map
 from golden.rig.config import RigConfig
-from hdl.host.console import Chip, SerialPort, main
+from hdl.host.chip import Chip, SerialPort
+from hdl.host.console import main
 from sim.models.uart import SimulatedChip
 
 
