@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 
 from ..config import METHODS, PIXEL_MAX, MatcherConfig
 from ..rig.balance import GAIN_ONE, GAINS, OFFSETS
-from ..rig.config import RigConfig
+from ..rig.config import MapsInUse, RigConfig
 from ..rig.maps import SUM_BITS, WORD_BITS, word_count
 from ..rig.rectify import ROW_OFFSETS
 from ..video.setup_steps import TFP410, TVP5154, Chip, Failure
@@ -225,10 +225,6 @@ def _counters() -> Iterator[tuple[str, str, str]]:
         yield f"{fifo}_fill", "words", f"highest level of the FIFO {what}"
 
 
-#: Which maps the rectifiers have in use.
-MAPS = {0: "identity", 1: "built in", 2: "loaded"}
-
-
 def _rig_registers(rig: RigConfig, width: int, height: int) -> Iterator[Register]:
     """Registers of the stages between the cameras and the matcher."""
     def setting(name: str, address: int, values: range, description: str, *, reset: int = 0, unit: str = "") -> Register:
@@ -252,7 +248,8 @@ def _rig_registers(rig: RigConfig, width: int, height: int) -> Iterator[Register
             "map_next": "writes a word of the map that is not in use",
             "map_swap": "maps and row offset that were written are those in use from the next pair on"}.items(), 0x6A):
         yield Register(name, address, Kind.ACTION, 1, description, minimum=1)
-    yield Register("map", 0x70, Kind.STATUS, max(MAPS), "maps in use", words=MAPS)
+    yield Register("map", 0x70, Kind.STATUS, max(MapsInUse), "maps in use",
+                   words={which: which.name.lower().replace("_", " ") for which in MapsInUse})
     yield Register("map_swapping", 0x71, Kind.STATUS, 1, "maps wait for the next pair: nothing must be written", words=_NO_YES)
     yield Register("map_sum", 0x72, Kind.STATUS, part[-1], "sum of the words written since map_start")
     yield Register("map_fault", 0x73, Kind.STATUS, 1, "a map needed more lines than there are, since clear_counters", words=_NO_YES)

@@ -1,5 +1,6 @@
 """What rectification and balance in gateware are built with."""
 
+import enum
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
@@ -8,7 +9,12 @@ from .lines import DEFAULT_LINES, LINES, check_lines
 from .maps import pack
 
 
-__all__ = ["RigConfig"]
+__all__ = ["MapsInUse", "RigConfig"]
+
+
+class MapsInUse(enum.IntEnum):
+    """Which maps the rectifiers have in use: the identity, those that were built in, or those that the host has loaded."""
+    IDENTITY, BUILT_IN, LOADED = range(3)
 
 
 @dataclass(frozen=True)

@@ -135,7 +135,7 @@ class Rectifier(wiring.Component):
         wiring.connect(m, wiring.flipped(self.i), writer.i)
 
         # The maps. Which of two is in use changes between frames.
-        bank = Signal()
+        bank = Signal(reset_less=True)      # a reset does not restore what the memories held after configuration
         m.d.comb += writer.enable.eq(self.enable)
         with m.If(self.swap):
             m.d.sync += self.swapping.eq(1)

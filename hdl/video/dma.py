@@ -10,6 +10,7 @@ from golden.video.memory_map import MemoryMap, Plane
 
 from ..matcher.stream import FLAGS
 from ..parts.queue import Queue
+from ..rig.control import ROWS
 from .words import ADDRESS_BITS, WORD_BYTES
 
 
@@ -35,7 +36,8 @@ class LineScan(wiring.Component):
     """Generates the bursts of a picture, line by line: ``burst`` words each, the last one of a line with the rest.
 
     Golden: :meth:`golden.video.memory_map.MemoryMap.base` + ``y * pitch + n``. Lines are scanned from top to bottom, or, ``interlaced``,
-    first the even ones and then the odd ones. An address is a concatenation: line ``base + y``, and the word within the line.
+    first the even ones and then the odd ones. An address is a concatenation: line ``base + y``, and the word within the line. With
+    ``moves`` it is line ``y + offset`` of the picture, whose first and last lines are repeated: :func:`golden.rig.rectify.move_rows`.
 
     Timing: after ``advance`` the next burst is shown in the next cycle. ``start`` may be high at any time, and restarts the scan.
 
@@ -46,26 +48,32 @@ class LineScan(wiring.Component):
         Words, a power of two: a burst then lies within one row of the memory.
     interlaced : bool
         Needs an even number of lines.
+    moves : bool
+        There is an ``offset``; ``o`` depends on it combinationally.
 
     Members
     -------
     start : In(1)
     base : In
         Number of the picture's first line in memory; ``o`` depends on it combinationally.
+    offset : In(signed(8))
+        Lines, with ``moves``.
     advance : In(1)
         Show the next burst.
     active : Out(1)
         ``o`` is a burst; low after the last one.
     o : Out(LineBurst(burst))
     """
-    def __init__(self, memory_map: MemoryMap, *, burst: int, interlaced: bool = False):
+    def __init__(self, memory_map: MemoryMap, *, burst: int, interlaced: bool = False, moves: bool = False):
         self.check(memory_map, burst, interlaced)
         self.memory_map = memory_map
         self.burst = burst
         self.interlaced = interlaced
+        self.moves = moves
         super().__init__({
             "start": In(1),
             "base": In(range(memory_map.total_words // memory_map.pitch)),
+            **({"offset": In(ROWS)} if moves else {}),
             "advance": In(1),
             "active": Out(1),
             "o": Out(LineBurst(burst)),
@@ -89,7 +97,7 @@ class LineScan(wiring.Component):
         m.d.comb += [
             self.o.last.eq(column == first_of_last),
             self.o.length.eq(Mux(self.o.last, memory_map.line_words - first_of_last, self.burst)),
-            self.o.address.eq(Cat(column, self.base + row)),
+            self.o.address.eq(Cat(column, self.base + (self._moved(m, row) if self.moves else row))),
         ]
         with m.If(self.advance):
             m.d.sync += column.eq(Mux(self.o.last, 0, column + self.burst))
@@ -106,6 +114,19 @@ class LineScan(wiring.Component):
         with m.If(self.start):
             m.d.sync += [self.active.eq(1), column.eq(0), row.eq(0)]
         return m
+
+    def _moved(self, m: Module, row: Signal) -> Signal:
+        """The line of the picture that is line ``row`` after it was moved."""
+        moved  = Signal(signed(max(len(row), len(self.offset)) + 2))
+        result = Signal.like(row)
+        m.d.comb += moved.eq(row + self.offset)
+        with m.If(moved < 0):
+            m.d.comb += result.eq(0)
+        with m.Elif(moved >= self.memory_map.height):
+            m.d.comb += result.eq(self.memory_map.height - 1)
+        with m.Else():
+            m.d.comb += result.eq(moved)
+        return result
 
 
 class WordFifo(wiring.Component):

@@ -11,6 +11,7 @@ from golden.video.memory_map import MemoryMap, Plane
 
 from ..matcher.stream import PixelPair, copy_flags
 from ..parts.arithmetic import maximum
+from ..rig.control import ROWS
 from .arbiter import ReadPort
 from .buffers import PairRead
 from .dma import LineScan, PixelUnpacker, PlanePair, WordFifo, line_number
@@ -25,7 +26,8 @@ class _PlanePairReader(wiring.Component):
 
     Bursts of the two planes alternate, each into a FIFO with space for all words in flight. ``start`` and ``stop`` may be high at any
     time. Without ``cuts``, the current pictures are sent to their end first. With ``cuts``, no more bursts are requested, and once no word
-    is in flight the FIFOs are emptied; a pixel that is offered then stays until it is accepted.
+    is in flight the FIFOs are emptied; a pixel that is offered then stays until it is accepted. With ``moves`` the second plane is moved by
+    ``row_offset``.
 
     Members
     -------
@@ -33,22 +35,26 @@ class _PlanePairReader(wiring.Component):
         Read the pictures; read no more.
     buffer : In(range(memory_map.buffers)).array(2)
         Sampled with ``start``.
+    row_offset : In(signed(8))
+        Likewise.
     o : Out(stream.Signature(PlanePair()))
     done : Out(1)
         One cycle: all words of both have been returned.
     port, fill, clear_fill
         As of :class:`PairReader`.
     """
-    def __init__(self, memory_map: MemoryMap, planes: tuple[Plane, Plane], *, cuts: bool, burst: int, depth: int):
+    def __init__(self, memory_map: MemoryMap, planes: tuple[Plane, Plane], *, cuts: bool, burst: int, depth: int, moves: bool = False):
         self.memory_map = memory_map
         self.planes = planes
         self.cuts = cuts
         self.burst = burst
         self.depth = depth
+        self.moves = moves
         super().__init__({
             "start": In(1),
             "stop": In(1),
             "buffer": In(range(memory_map.buffers)).array(2),
+            **({"row_offset": In(ROWS)} if moves else {}),
             "o": Out(stream.Signature(PlanePair())),
             "port": Out(ReadPort(burst)),
             "done": Out(1),
@@ -59,7 +65,7 @@ class _PlanePairReader(wiring.Component):
     def elaborate(self, platform: object) -> Module:
         m = Module()
         memory_map, port = self.memory_map, self.port
-        m.submodules.scan = scan = LineScan(memory_map, burst=self.burst)
+        m.submodules.scan = scan = LineScan(memory_map, burst=self.burst, moves=self.moves)
         m.submodules.unpacker = unpacker = PixelUnpacker(memory_map)
         wiring.connect(m, unpacker.o, wiring.flipped(self.o))
 
@@ -132,6 +138,13 @@ class _PlanePairReader(wiring.Component):
                 m.d.sync += [space[number].eq(self.depth), base.eq(line_number(memory_map, plane, chosen))]
             bases.append(base)
         m.d.comb += scan.base.eq(Mux(side, bases[1], bases[0]))
+        if self.moves:
+            wanted, offset = Signal(ROWS), Signal(ROWS)
+            with m.If(self.start):
+                m.d.sync += wanted.eq(self.row_offset)
+            with m.If(clear):
+                m.d.sync += offset.eq(wanted)
+            m.d.comb += scan.offset.eq(Mux(side, offset, 0))
         m.d.comb += self.fill.eq(maximum(fifos[0].fill, fifos[1].fill))
         return m
 
@@ -144,10 +157,13 @@ class _Reader(wiring.Component):
     planes : pair of :class:`golden.video.memory_map.Plane`
     cuts : bool
         Whether a restart cuts the current pictures.
+    moves : bool
+        Whether the second plane is moved.
     members : dict
         Those beyond ``port``, ``fill`` and ``clear_fill``; ``o`` among them.
     """
-    def __init__(self, memory_map: MemoryMap, planes: tuple[Plane, Plane], members: dict[str, Any], *, cuts: bool, burst: int, depth: int):
+    def __init__(self, memory_map: MemoryMap, planes: tuple[Plane, Plane], members: dict[str, Any], *, cuts: bool, burst: int, depth: int,
+                 moves: bool = False):
         LineScan.check(memory_map, burst)
         if depth < 2 * burst:
             raise ValueError(f"each FIFO of a reader must hold at least {2 * burst} words, two bursts, not {depth!r}")
@@ -156,6 +172,7 @@ class _Reader(wiring.Component):
         self.cuts = cuts
         self.burst = burst
         self.depth = depth
+        self.moves = moves
         super().__init__({
             **members,
             "port": Out(ReadPort(burst)),
@@ -165,7 +182,8 @@ class _Reader(wiring.Component):
 
     def elaborate(self, platform: object) -> Module:
         m = Module()
-        m.submodules.reader = reader = _PlanePairReader(self.memory_map, self.planes, cuts=self.cuts, burst=self.burst, depth=self.depth)
+        m.submodules.reader = reader = _PlanePairReader(
+            self.memory_map, self.planes, cuts=self.cuts, burst=self.burst, depth=self.depth, moves=self.moves)
         wiring.connect(m, reader.port, wiring.flipped(self.port))
         m.d.comb += [
             self.fill.eq(reader.fill), reader.clear_fill.eq(self.clear_fill),
@@ -199,27 +217,33 @@ class PairReader(_Reader):
         Most words of a burst, a power of two.
     depth : int
         Words that each of the two FIFOs holds.
+    moves : bool
+        The right picture is moved by a row offset.
 
     Members
     -------
     control : Out(PairRead(memory_map.buffers))
         When a pair is read, and from where; the buffers are sampled with ``start``.
+    row_offset : In(signed(8))
+        With ``moves``; sampled with ``start``: line ``y`` of the right picture is the camera's ``y + row_offset``, as
+        :func:`golden.rig.rectify.move_rows` says.
     o : Out(stream.Signature(PixelPair()))
     port : Out(ReadPort(burst))
     fill : Out(range(depth + 1))
         Highest level of either FIFO since ``clear_fill``.
     clear_fill : In(1)
     """
-    def __init__(self, memory_map: MemoryMap, *, burst: int = 16, depth: int = 64):
+    def __init__(self, memory_map: MemoryMap, *, burst: int = 16, depth: int = 64, moves: bool = False):
         super().__init__(memory_map, (Plane.LEFT, Plane.RIGHT), {
             "control": Out(PairRead(memory_map.buffers)),
+            **({"row_offset": In(ROWS)} if moves else {}),
             "o": Out(stream.Signature(PixelPair())),
-        }, cuts=False, burst=burst, depth=depth)
+        }, cuts=False, burst=burst, depth=depth, moves=moves)
 
     def _connect(self, m: Module, reader: _PlanePairReader) -> None:
         control = self.control
         m.d.comb += [
-            reader.start.eq(control.start), control.done.eq(reader.done),
+            reader.start.eq(control.start), control.done.eq(reader.done), *([reader.row_offset.eq(self.row_offset)] if self.moves else []),
             reader.buffer[0].eq(control.left_buffer), reader.buffer[1].eq(control.right_buffer),
             self.o.p.left.eq(reader.o.p.pixels[0]), self.o.p.right.eq(reader.o.p.pixels[1]), *copy_flags(self.o.p, reader.o.p),
         ]

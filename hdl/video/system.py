@@ -9,6 +9,7 @@ from amaranth.lib.wiring import In, Out
 from golden.config import MatcherConfig
 from golden.host.protocol import BAUD, FRAME_SECONDS
 from golden.host.registers import SETUPS, register_map
+from golden.rig.config import RigConfig
 from golden.video.bandwidth import Budget, MemoryTiming
 from golden.video.formats import PAL, CameraFormat, DisplayFormat
 from golden.video.memory_map import MemoryMap, Plane
@@ -24,6 +25,7 @@ from .buttons import Button
 from .dvi import DisplayOutput
 from .frame_read import PairReader, PictureReader
 from .frame_write import FrameWriter, PictureWriter
+from .pair_rig import PairRig
 from .pairing import BufferControl
 from .ports import SystemPorts
 from .setup import ChipSetup
@@ -98,10 +100,13 @@ class StereoSystem(wiring.Component):
         simulation a low ``setup_hz`` shortens these times.
     window : Fraction or float
         Greatest time between the beginnings of a pair's frames, in frame periods.
+    rig : RigConfig or None
+        Of rectification and balance of the pair; without them if ``None``. :class:`ValueError` if it is for another size.
 
     Attributes
     ----------
     matcher : :class:`Matcher`
+    pair_rig : :class:`PairRig` or None
     memory_map : :class:`MemoryMap`
     budget : :class:`Budget`
         Of the memory's bandwidth; it sizes the FIFOs.
@@ -110,7 +115,8 @@ class StereoSystem(wiring.Component):
         Depth in words of each FIFO whose highest level is in a register, by the register's name without ``_fill``.
     """
     def __init__(self, config: MatcherConfig, display: DisplayFormat, *, camera: CameraFormat = PAL, timing: MemoryTiming | None = None,
-                 baud: int = BAUD, setup_hz: int | None = None, bus_hz: int = 100_000, window: Fraction | float = WINDOW):
+                 baud: int = BAUD, setup_hz: int | None = None, bus_hz: int = 100_000, window: Fraction | float = WINDOW,
+                 rig: RigConfig | None = None):
         if config.max_width != camera.width:
             raise ValueError(f"the matcher is built for lines of {config.max_width} pixels, and the cameras send {camera.width}: "
                              "choose the same width")
@@ -120,8 +126,11 @@ class StereoSystem(wiring.Component):
         self.camera = camera
         self.clock_hz = clock_hz
         self.matcher = matcher = Matcher(config)
+        self.pair_rig = PairRig(rig, config, camera) if rig else None
         pixels = camera.width * camera.height
         frame_clocks = matcher.frame_clocks(camera.width, camera.height)
+        if self.pair_rig:
+            frame_clocks = max(frame_clocks, self.pair_rig.frame_clocks)
         # A matcher that is too slow for any number of buffers is refused by the budget.
         reading_seconds = frame_clocks / clock_hz
         buffers = buffers_needed(reading_seconds, camera.frame_seconds, window) if reading_seconds < camera.frame_seconds else 3
@@ -139,14 +148,14 @@ class StereoSystem(wiring.Component):
                               for side, plane in (("left", Plane.LEFT), ("right", Plane.RIGHT))}
         self.picture_writers = {name: PictureWriter(memory_map, plane, burst=burst, depth=self.depths["picture"])
                                 for name, plane in (("disparity", Plane.DISPARITY), ("left", Plane.SHOWN_LEFT))}
-        self.pair_reader = PairReader(memory_map, burst=burst, depth=self.depths["pair"])
+        self.pair_reader = PairReader(memory_map, burst=burst, depth=self.depths["pair"], moves=bool(rig))
         self.picture_reader = PictureReader(memory_map, config, burst=burst, depth=self.depths["display"])
         self.display = DisplayOutput(config, display, camera.width, camera.height)
         self.arbiter = Arbiter(4, 2, burst=burst)
         self.control = BufferControl(buffers, round(window * camera.frame_seconds * clock_hz))
         self.setup_hz = setup_hz or clock_hz
         self.setups = {role: ChipSetup(chip, self.setup_hz, bus_hz) for role, chip in SETUPS.items()}
-        self.registers = register_map(config, camera.height)
+        self.registers = register_map(config, camera.height, rig)
         # The time-out is the same number of bits at every rate.
         self.serial = SerialRegisters(self.registers, clock_hz, baud, frame_seconds=FRAME_SECONDS * BAUD / baud)
         super().__init__(SystemPorts())
@@ -193,7 +202,6 @@ class StereoSystem(wiring.Component):
         m.submodules.fork = fork = PairFork()
         pairs = iter(arbiter.read)
         wiring.connect(m, pair_reader.port, next(pairs))
-        wiring.connect(m, pair_reader.o, fork.i)
         wiring.connect(m, fork.matcher, matcher.i)
         wiring.connect(m, pair_reader.control, control.reader)
         start = control.reader.start
@@ -202,6 +210,19 @@ class StereoSystem(wiring.Component):
             *(getattr(matcher, name).eq(settings[name]) for name in self.config.settings),
             matcher.apply_settings.eq(start), matcher.clear.eq(clear), control.hold.eq(settings.hold), control.clear.eq(clear),
         ]
+        if self.pair_rig:
+            m.submodules.pair_rig = rig = self.pair_rig
+            wiring.connect(m, pair_reader.o, rig.i)
+            wiring.connect(m, rig.o, fork.i)
+            m.d.comb += [
+                rig.start.eq(start), rig.clear.eq(clear), pair_reader.row_offset.eq(rig.used_row_offset),
+                rig.minimum.eq(settings.minimum if "minimum" in self.config.settings else self.config.minimum),
+                *(getattr(rig, name).eq(settings[name]) for name in rig.SETTINGS),
+                *(getattr(rig, name).eq(actions[name]) for name in rig.ACTIONS),
+                *(status[name].eq(getattr(rig, name)) for name in rig.STATUS),
+            ]
+        else:
+            wiring.connect(m, pair_reader.o, fork.i)
 
         # Disparities and the left picture to the frame store.
         disparity_writer, left_writer = self.picture_writers["disparity"], self.picture_writers["left"]

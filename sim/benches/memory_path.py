@@ -35,7 +35,7 @@ class MemoryPath(wiring.Component):
             "shown_left": PictureWriter(memory_map, Plane.SHOWN_LEFT, **options),
         }
         self.readers = {
-            "pair": PairReader(memory_map, **options),
+            "pair": PairReader(memory_map, burst=burst, depth=depth),
             "shown": PictureReader(memory_map, config, **options),
         }
         self.blocks: dict[str, wiring.Component] = {**self.writers, **self.readers}

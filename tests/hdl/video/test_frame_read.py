@@ -8,6 +8,7 @@ from amaranth.lib import wiring
 from amaranth.sim import Simulator
 
 from golden.config import MatcherConfig
+from golden.rig.rectify import move_rows
 from golden.video.bandwidth import Budget
 from golden.video.formats import DISPLAYS
 from golden.video.memory_map import MemoryMap, Plane
@@ -94,6 +95,33 @@ def test_pairs(width, height, burst, size, depth, stall):
     given, _ = run(dut, memory, control, sink, size=size)
     assert given == [word for left, right in PAIRS for word in pixel_words(pictures[Plane.LEFT, left], pictures[Plane.RIGHT, right])]
     assert len(dones) == len(PAIRS)
+
+
+@pytest.mark.parametrize("width, height, burst", [(37, 5, 2), (20, 3, 16)])
+def test_right_picture_moved(width, height, burst):
+    """By row offsets within the picture and beyond it; each is sampled with ``start``, the pair before is read to its end."""
+    memory_map = MemoryMap(width, height, 3)
+    memory, pictures = filled(memory_map, (Plane.LEFT, Plane.RIGHT))
+    dut = PairReader(memory_map, burst=burst, depth=2 * burst, moves=True)
+    offsets = (1, 0, -2, height, -128, 127)
+
+    async def control(ctx):
+        for offset in offsets:
+            ctx.set(dut.control.start, 1)
+            ctx.set(dut.row_offset, offset)
+            ctx.set(dut.control.right_buffer, 1)
+            await ctx.tick()
+            ctx.set(dut.control.start, 0)
+            ctx.set(dut.row_offset, -offset)
+            while not (await ctx.tick().sample(dut.control.done))[-1]:
+                pass
+
+    async def sink(ctx):
+        await receive(ctx, dut.o, len(offsets) * width * height, rng=np.random.default_rng(2), stall=0.3)
+
+    given, _ = run(dut, memory, control, sink)
+    left, right = pictures[Plane.LEFT, 0], pictures[Plane.RIGHT, 1]
+    assert given == [word for offset in offsets for word in pixel_words(left, move_rows(right, offset))]
 
 
 def test_done_does_not_wait_for_the_pixels():

@@ -10,6 +10,9 @@ from amaranth.sim import Simulator
 
 from golden.config import Arithmetic, Engine, MatcherConfig, OnePass
 from golden.errors import UserError
+from golden.rig.config import RigConfig
+from golden.rig.files import Rig
+from golden.rig.maps import identity
 from golden.video.bandwidth import MemoryTiming
 from golden.video.formats import DISPLAYS, PAL
 from hdl.video.system import PairFork, StereoSystem
@@ -83,6 +86,21 @@ def test_window_reaches_all_that_depends_on_it():
     for window in (0, 1):
         with refused_components(), pytest.raises(ValueError, match=f"window of a pair must be above 0 and below 1 frame, not {window}"):
             StereoSystem(STREAMING, DISPLAY, window=window)
+
+
+def test_rectification_takes_its_time():
+    """A pair takes as long as the slower of matcher and rectifier; the host's registers are there with it only."""
+    plain, with_rig = system(STREAMING, DISPLAY), system(STREAMING, DISPLAY, rig=RigConfig(22))
+    pixels = PAL.width * PAL.height
+    clocks = round(with_rig.budget.matcher_clocks * pixels)
+    assert clocks == with_rig.pair_rig.frame_clocks > round(plain.budget.matcher_clocks * pixels)
+    assert clocks < 1.11 * pixels
+    slow = system(SEQUENTIAL, DISPLAY, rig=RigConfig())
+    assert slow.budget.matcher_clocks == system(SEQUENTIAL, DISPLAY).budget.matcher_clocks
+    assert "row_offset" in with_rig.registers and "row_offset" not in plain.registers
+    assert with_rig.registers["rectify_lines"].reset == 22 and plain.registers["rectify_lines"].reset == 0
+    with refused_components(), pytest.raises(ValueError, match="the rig is for pictures of 64x40 pixels, and the cameras send 720x576"):
+        StereoSystem(STREAMING, DISPLAY, rig=RigConfig(22, Rig(identity(64, 40), identity(64, 40))))
 
 
 def test_what_cannot_be():
