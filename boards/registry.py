@@ -10,6 +10,7 @@ from typing import Any, Protocol
 import boards
 from golden.config import MatcherConfig
 from golden.errors import UserError
+from golden.rig.config import RigConfig
 from golden.video.bandwidth import Budget, MemoryTiming
 from golden.video.formats import DisplayFormat
 from hdl.matcher.matcher import Matcher
@@ -27,9 +28,12 @@ class System(Protocol):
     budget: Budget
 
 
-def stereo_system(config: MatcherConfig, display: DisplayFormat, timing: MemoryTiming) -> System:
-    """The system with two cameras, memory and monitor; its ports are :class:`hdl.video.ports.SystemPorts`."""
-    return StereoSystem(config, display, timing=timing)
+def stereo_system(config: MatcherConfig, display: DisplayFormat, timing: MemoryTiming, rig: RigConfig | None) -> System:
+    """The system with two cameras, memory and monitor; its ports are :class:`hdl.video.ports.SystemPorts`.
+
+    Rectification and balance are those of ``rig``; without them if ``None``.
+    """
+    return StereoSystem(config, display, timing=timing, rig=rig)
 
 
 @dataclass(frozen=True)
@@ -74,7 +78,7 @@ class Board:
     check : callable
         Lists the problems of a project, a sentence each; empty if it is sound.
     system : callable
-        Makes the component that is on the board.
+        Makes the component that is on the board, of what :func:`stereo_system` takes.
     about : mapping
         Entries of the manifest that only this board has.
     """
@@ -84,7 +88,7 @@ class Board:
     toolchain: str
     project: Callable[[System, DisplayFormat, MatcherConfig], Project]
     check: Callable[[Project], list[str]]
-    system: Callable[[MatcherConfig, DisplayFormat, MemoryTiming], System] = stereo_system
+    system: Callable[[MatcherConfig, DisplayFormat, MemoryTiming, RigConfig | None], System] = stereo_system
     about: Mapping[str, Any] = field(default_factory=dict)
 
 

@@ -16,6 +16,7 @@ from golden.cli import Parser
 from golden.config import MatcherConfig
 from golden.errors import UserError, run_cli
 from golden.files import atomic, check_folder, output_folder, remove_stale
+from golden.rig.config import RigConfig
 from golden.tables import print_table
 from golden.video.bandwidth import Budget, MemoryTiming
 from golden.video.formats import DISPLAYS, PAL
@@ -23,7 +24,8 @@ from golden.video.formats import DISPLAYS, PAL
 from .emit import verilog_text
 from .matcher.framed import FramedMatcher
 from .matcher.matcher import Matcher
-from .options import add_design_options, design_config
+from .options import add_design_options, add_rig_options, design_config, rig_config
+from .rectified import PIXEL_ORDER, RectifiedMatcher
 
 
 __all__ = ["main"]
@@ -50,7 +52,14 @@ def fields_of(component: Component) -> dict[str, dict[str, tuple[int, int]]]:
     }
 
 
-def manifest_of(name: str, matcher: Matcher, ports: Mapping[str, tuple[str, int]], height: int,
+def about_rig(rig: RigConfig | None) -> dict[str, Any]:
+    """Entries of the manifest on rectification: lines that a rectifier holds, 0 without; whether a rig is built in, and its row offset."""
+    if rig is None:
+        return {"rectify_lines": 0}
+    return {"rectify_lines": rig.lines, "rig": rig.rig is not None, "row_offset": rig.row_offset}
+
+
+def manifest_of(name: str, matcher: Matcher | RectifiedMatcher, ports: Mapping[str, tuple[str, int]], height: int,
                 arguments: Mapping[str, Any]) -> dict[str, Any]:
     """The manifest: parameters of the matcher, its timing and the ports of the module ``name``; then ``arguments``."""
     config = matcher.config
@@ -74,23 +83,29 @@ def manifest_of(name: str, matcher: Matcher, ports: Mapping[str, tuple[str, int]
 class _Build(NamedTuple):
     """A design to be written: ``about`` has the entries of the manifest beyond the matcher's parameters."""
     top: str
-    matcher: Matcher
+    matcher: Matcher | RectifiedMatcher
     files: dict[str, str]
     ports: dict[str, tuple[str, int]]
     about: dict[str, Any]
     budget: Budget | None = None
 
+    def frame_clocks(self, width: int, height: int) -> int:
+        """Cycles that a frame takes, with all that is in front of the matcher."""
+        of_budget = round(width * height * self.budget.matcher_clocks) if self.budget else 0
+        return max(of_budget, self.matcher.frame_clocks(width, height))
 
-def _build_core(config: MatcherConfig, frame_timing: bool) -> _Build:
-    component = FramedMatcher(config) if frame_timing else Matcher(config)
-    matcher = component.matcher if frame_timing else component
+
+def _build_core(config: MatcherConfig, height: int, rig: RigConfig | None, frame_timing: bool) -> _Build:
+    matcher = RectifiedMatcher(config, height, rig) if rig else Matcher(config)
+    component = FramedMatcher(config, matcher) if frame_timing else matcher
     files = {"matcher.v": verilog_text(component, name="matcher")}
-    return _Build("matcher", matcher, files, ports_of(component), {"payloads": fields_of(component)})
+    about = {"payloads": fields_of(component), **about_rig(rig), **({"pixel_order": PIXEL_ORDER} if rig else {})}
+    return _Build("matcher", matcher, files, ports_of(component), about)
 
 
-def _build_board(config: MatcherConfig, board: Board, display_name: str) -> _Build:
+def _build_board(config: MatcherConfig, board: Board, display_name: str, rig: RigConfig | None) -> _Build:
     display = DISPLAYS[display_name]
-    core = board.system(config, display, MemoryTiming(clock_hz=round(board.memory_clock_mhz * 1e6)))
+    core = board.system(config, display, MemoryTiming(clock_hz=round(board.memory_clock_mhz * 1e6)), rig)
     project = board.project(core, display, config)
     problems = board.check(project)
     if problems:
@@ -100,7 +115,7 @@ def _build_board(config: MatcherConfig, board: Board, display_name: str) -> _Bui
         "pixel_clock_mhz": display.pixel_clock_hz / 1e6, "camera_clock_mhz": PAL.byte_clock_hz / 1e6,
         **board.about, "buffers": core.budget.memory_map.buffers,
         "memory_words_per_second": {"used": round(core.budget.used), "available": round(core.budget.available)},
-        "board": board.name,
+        "board": board.name, **about_rig(rig),
     }
     return _Build(project.name, core.matcher, project.files, project.ports, about, core.budget)
 
@@ -114,6 +129,7 @@ def _run(argv: Sequence[str] | None) -> int:
     parser.add_argument("--frame-timing", action="store_true", help="with --core: frame timing signals instead of the stream of pixels")
     parser.add_argument("--output", type=Path, metavar="DIR", help="default: build/core, or build/ and the board's name")
     add_design_options(parser)
+    add_rig_options(parser)
     options = parser.parse_args(argv)
 
     board = None if options.board is None else find_board(options.board)
@@ -128,14 +144,16 @@ def _run(argv: Sequence[str] | None) -> int:
     display = options.display or DEFAULT_DISPLAY
     if display not in DISPLAYS:
         raise UserError(f"there is no display format {display!r}; choose one of: {', '.join(DISPLAYS)}")
+    rig = rig_config(options, bool(board))
     folder = options.output or Path("build") / (board.name if board else "core")
     # Before minutes of work; made only when there is something to be written.
     check_folder(folder)
 
     with Console(stderr=True).status("writing Verilog"):
-        build = _build_board(config, board, display) if board else _build_core(config, options.frame_timing)
+        build = (_build_board(config, board, display, rig) if board else
+                 _build_core(config, options.height, rig, options.frame_timing))
     files, matcher = build.files, build.matcher
-    needed = round(FRAMES_PER_SECOND * matcher.frame_clocks(options.width, options.height) / 1e6, 2)
+    needed = round(FRAMES_PER_SECOND * build.frame_clocks(options.width, options.height) / 1e6, 2)
     about = {**build.about, "clock_mhz_for_25_frames": needed, "files": sorted(files)}
     manifest = manifest_of(build.top, matcher, build.ports, options.height, about)
     files[MANIFEST] = json.dumps(manifest, indent=2) + "\n"
@@ -150,6 +168,10 @@ def _run(argv: Sequence[str] | None) -> int:
     print(f"{folder}: {', '.join(sorted(files))}")
     print(f"Clocks a pixel: {matcher.clocks_per_pixel}; {options.width}x{options.height} at {FRAMES_PER_SECOND} frames/s "
           f"needs {needed} MHz.")
+    if rig:
+        maps = "the maps of the rig" if rig.rig else "maps that change nothing"
+        moved = f"; line y + {rig.row_offset} of the right picture is to be sent as its line y" if options.core and rig.row_offset else ""
+        print(f"Both pictures are rectified, {rig.lines} lines are held, with {maps}{moved}.")
     if board and build.budget:
         print(f"The memory controller gives the matcher {board.memory_clock_mhz} MHz; "
               f"frames wait in {build.budget.memory_map.buffers} buffers for each camera.")

@@ -1,10 +1,12 @@
-"""What tests of several rooms share: photographs with ground truth, components that are refused, parameters by turns."""
+"""What tests of several rooms share: photographs with ground truth, components that are refused, parameters by turns, what was built."""
 
 import contextlib
 import functools
 import gc
+import json
 import os
 import pathlib
+import re
 import tempfile
 import warnings
 
@@ -91,3 +93,18 @@ def reduced_motorcycle():
     """The Motorcycle pair as the demonstration takes it; skips the test if scikit-image is not installed."""
     pytest.importorskip("skimage", reason="scikit-image, which carries the Motorcycle pair, is not installed")
     return motorcycle()
+
+
+def manifest(folder):
+    """What ``hdl.build`` told in a folder."""
+    return json.loads((folder / "manifest.json").read_text())
+
+
+def verilog_ports(text, module):
+    """Ports of a module of the Verilog text: name to (direction, width)."""
+    body = re.search(rf"(?ms)^module {module}\((.*?)\);(.*?)^endmodule", text)
+    names = re.findall(r"\w+", body[1])
+    found = {name: (direction, int(high or 0) + 1) for direction, high, name
+             in re.findall(r"(?m)^  (input|output|inout) (?:\[(\d+):0\] )?(\w+);$", body[2])}
+    assert sorted(names) == sorted(found)
+    return found

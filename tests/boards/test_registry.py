@@ -29,7 +29,7 @@ from hdl.resources.count import Resources
 from hdl.resources.devices import Device
 
 
-def system(config, display, timing):
+def system(config, display, timing, rig):
     assert timing.clock_hz == 40_000_000
     return SimpleNamespace(matcher=Matcher(config), budget=Budget())
 

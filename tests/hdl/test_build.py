@@ -1,4 +1,3 @@
-import json
 import os
 import re
 import subprocess
@@ -13,12 +12,13 @@ from amaranth.hdl import Fragment
 from boards.cyclone3 import board
 from boards.cyclone3.check import check_project
 from golden.config import FUSED_1, Arithmetic, MatcherConfig, OnePass, changed
+from golden.rig.config import RigConfig
 from golden.video.bandwidth import MemoryTiming
 from golden.video.formats import DISPLAYS
 from hdl.build import main
 from hdl.matcher.matcher import Matcher
 from sim.models.board_core import BoardCore
-from tests.kit import refused_components
+from tests.kit import manifest, refused_components, verilog_ports
 
 
 ROOT = Path(__file__).parents[2]
@@ -33,24 +33,24 @@ import sys, dataclasses
 from boards.cyclone3 import board
 from hdl.build import main
 from sim.models.board_core import BoardCore
-board.BOARD = dataclasses.replace(board.BOARD, system=lambda config, display, timing: BoardCore(config))
+board.BOARD = dataclasses.replace(board.BOARD, system=lambda config, display, timing, rig: BoardCore(config))
 sys.exit(main(sys.argv[1:]))
 """
 
 
 @pytest.fixture(scope="module", autouse=True)
 def given():
-    """Replaces the board's video system by the stand-in; the displays that it was made for."""
-    displays = []
+    """Replaces the board's video system by the stand-in; the displays that it was made for, and the rectification."""
+    made = []
 
-    def stand_in(config, display, timing):
+    def stand_in(config, display, timing, rig):
         assert timing == MemoryTiming()
-        displays.append(display)
+        made.append((display, rig))
         return BoardCore(config)
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(board, "BOARD", replace(board.BOARD, system=stand_in))
-        yield displays
+        yield made
 
 
 @pytest.fixture(scope="module")
@@ -58,25 +58,11 @@ def folders(tmp_path_factory, given):
     """Builds of a board with the sequential engine, of a core with the streaming engine, and of that core with frame timing signals."""
     base = tmp_path_factory.mktemp("builds")
     assert main([*BOARD, "--output", str(base / "deep" / "board")]) == 0
-    assert given == [DISPLAYS["1024x768"]]
+    assert given == [(DISPLAYS["1024x768"], RigConfig())]
     core = ["--core", *SMALL, "--fraction-bits", "2", "--u1", "7"]
     assert main([*core, "--output", str(base / "core")]) == 0
     assert main([*core, "--frame-timing", "--output", str(base / "framed")]) == 0
     return {"stereo": base / "deep" / "board", "matcher": base / "core", "framed": base / "framed"}
-
-
-def manifest(folder):
-    return json.loads((folder / "manifest.json").read_text())
-
-
-def header(text, module):
-    """Ports of a module of the Verilog text: name to (direction, width)."""
-    body = re.search(rf"(?ms)^module {module}\((.*?)\);(.*?)^endmodule", text)
-    names = re.findall(r"\w+", body[1])
-    found = {name: (direction, int(high or 0) + 1) for direction, high, name
-             in re.findall(r"(?m)^  (input|output|inout) (?:\[(\d+):0\] )?(\w+);$", body[2])}
-    assert sorted(names) == sorted(found)
-    return found
 
 
 def test_files(folders):
@@ -92,7 +78,7 @@ def test_ports_are_those_of_the_module(folders, folder, top):
     told = manifest(folders[folder])
     ports = {name: (port["direction"], port["width"]) for name, port in told["ports"].items()}
     assert told["top"] == top
-    assert ports == header((folders[folder] / f"{top}.v").read_text(), top)
+    assert ports == verilog_ports((folders[folder] / f"{top}.v").read_text(), top)
 
 
 def test_ways_into_the_core(folders):
@@ -154,7 +140,7 @@ def test_manifest_of_the_board(folders):
 
 def test_default_display(tmp_path, given, capsys):
     assert main(["--board", "cyclone3", *FEW, "--output", str(tmp_path)]) == 0
-    assert given[-1] == DISPLAYS["720x576"]
+    assert given[-1] == (DISPLAYS["720x576"], RigConfig())
     assert manifest(tmp_path)["display"] == "720x576"
     assert ".clk0_multiply_by(32'd27)" in (tmp_path / "stereo.v").read_text()
     told = capsys.readouterr().out
@@ -190,7 +176,7 @@ def test_core_of_the_method_fused(tmp_path):
     assert told["latency_clocks"] == 5 * max(24, matcher.full_rate_width) + matcher.latency_clocks
     ports = {name: (port["direction"], port["width"]) for name, port in told["ports"].items()}
     text = (tmp_path / "core" / "matcher.v").read_text()
-    assert ports == header(text, "matcher")
+    assert ports == verilog_ports(text, "matcher")
     assert {name: ports[name] for name in ("minimum", "check", "fill", "median", "in_use")} == {
         "minimum": ("input", 8), "check": ("input", 1), "fill": ("input", 1), "median": ("input", 1), "in_use": ("input", 9)}
     # Up to 255 + 5 pixels in eighths, for the least disparity can be set; a confidence of 0 to 15.
