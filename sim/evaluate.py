@@ -1,6 +1,6 @@
 """Bad pixels of the simulated Verilog on the Middlebury benchmark: ``python -m sim.evaluate``."""
 
-import json
+import argparse
 import sys
 import tempfile
 from collections.abc import Sequence
@@ -8,15 +8,18 @@ from pathlib import Path
 
 from golden.cli import Parser, add_gateware_options, gateware_config, progress
 from golden.config import MatcherConfig
-from golden.errors import run_cli
-from golden.files import atomic, check_output
+from golden.errors import UserError, run_cli
+from golden.files import check_output, write_json
+from golden.lab.cameras import COLUMNS
 from golden.lab.evaluate import Figures, average, table
+from golden.lab.mounting import Mounting
 from golden.matcher.matcher import in_pixels
-from golden.pictures.dataset import PAIRS, data_folder, load_pair
+from golden.pictures.dataset import PAIRS, StereoPair, data_folder, load_pair
 from golden.pictures.metrics import bad_pixels
 from golden.tables import print_table
 
 from .kit.harness import mismatches, simulate
+from .kit.mounted import FRAMES, simulate_mounted
 from .kit.simulators import SIMULATORS, SimulationError, require
 
 
@@ -29,17 +32,26 @@ def _run(argv: Sequence[str] | None) -> int:
         "are not what the golden model gives. Exit status 1 if there are any."))
     parser.add_argument("--data", type=Path, metavar="DIR",
                         help=f"folder that holds {', '.join(PAIRS)} (default: $STEREO_DATA, else ../shared/data/middlebury)")
+    parser.add_argument("--pairs", nargs="+", choices=PAIRS, default=list(PAIRS), metavar="NAME", help="some of them (default: all)")
+    parser.add_argument("--mounted", action="store_true", help=(
+        "the pairs as the mounted cameras of golden cameras see them, through the core with rectification and balance"))
     add_gateware_options(parser)
     parser.add_argument("--simulator", choices=SIMULATORS, default=SIMULATORS[0], help="default: %(default)s")
     parser.add_argument("--json", type=Path, metavar="FILE", help="write the figures there too, percent; suffix .json")
     options = parser.parse_args(argv)
     gateware_config(options, MatcherConfig.LABELS[0])  # before anything is read
+    if options.mounted and options.minimum:
+        raise UserError(f"--mounted is for pairs whose least disparity is 0, not {options.minimum}; leave --minimum out")
     if options.json:
         check_output(options.json, [".json"], "--json")
     require(options.simulator)
     folder = data_folder(options.data)
-    pairs = [load_pair(folder, name) for name in PAIRS]
+    pairs = [load_pair(folder, name) for name in dict.fromkeys(options.pairs)]
+    return _mounted(options, pairs) if options.mounted else _published(options, pairs)
 
+
+def _published(options: argparse.Namespace, pairs: Sequence[StereoPair]) -> int:
+    """The pairs as they are published; the exit status."""
     figures: Figures = {}
     rates: dict[str, dict[str, float]] = {}
     wrong = 0
@@ -69,9 +81,45 @@ def _run(argv: Sequence[str] | None) -> int:
         print(f"{name}: {rate['clocks_per_pixel']} clocks a pixel, {rate['seconds']} s of simulation")
     print(f"Mismatching pixels against golden: {wrong}")
     if options.json:
-        with atomic(options.json) as file:
-            text = json.dumps({"bad_pixels_percent": figures, "average": average(figures), "mismatches": wrong, "rates": rates}, indent=2)
-            file.write((text + "\n").encode())
+        write_json(options.json, {"bad_pixels_percent": figures, "average": average(figures), "mismatches": wrong, "rates": rates})
+    return 1 if wrong else 0
+
+
+def _mounted(options: argparse.Namespace, pairs: Sequence[StereoPair]) -> int:
+    """The pairs as mounted cameras see them; the exit status."""
+    figures: dict[str, Figures] = {column: {} for column in COLUMNS if column != "exact"}
+    rates: dict[str, dict[str, float]] = {}
+    wrong = done = 0
+    with progress() as bar:
+        task = bar.add_task("", total=FRAMES * sum(pair.left.shape[0] for pair in pairs))
+        for pair in pairs:
+            config = gateware_config(options, pair.disparities, max_width=pair.left.shape[1])
+
+            def stage(text: str, name: str = pair.name) -> None:
+                bar.update(task, description=f"{name}: {text}")
+
+            def lines_done(lines: int, before: int = done) -> None:
+                bar.update(task, completed=before + lines)
+
+            try:
+                with tempfile.TemporaryDirectory(prefix="evaluate-") as work:
+                    result = simulate_mounted(pair, config, Mounting(), simulator=options.simulator, work_dir=Path(work), stage=stage,
+                                              progress=lines_done)
+            except ValueError as error:
+                raise UserError(f"{pair.name}: {error}") from None
+            done += FRAMES * pair.left.shape[0]
+            wrong += result.mismatches
+            rates[pair.name] = {"frame_clocks": result.frame_clocks, "seconds": round(result.seconds, 2)}
+            for column, disparity in result.disparities.items():
+                figures[column][pair.name] = {name: bad_pixels(disparity, pair.truth, mask) for name, mask in pair.masks.items()}
+
+    print_table(table({COLUMNS[column]: of for column, of in figures.items()}, column=f"{config.method.name}, pictures"))
+    for name, rate in rates.items():
+        print(f"{name}: {rate['frame_clocks']} clocks a frame with rectification and balance, {rate['seconds']} s of simulation")
+    print(f"Mismatching pixels against golden: {wrong}")
+    if options.json:
+        averages = {column: average(of) for column, of in figures.items()}
+        write_json(options.json, {"bad_pixels_percent": figures, "averages": averages, "mismatches": wrong, "rates": rates})
     return 1 if wrong else 0
 
 

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from amaranth.hdl import Value
 from numpy.typing import NDArray
 
 from golden.config import MatcherConfig
@@ -19,6 +20,7 @@ from golden.matcher.matcher import match
 from golden.pictures.text import read_text, write_text
 from hdl.emit import write_verilog
 from hdl.matcher.matcher import Matcher
+from hdl.rectified import RectifiedMatcher
 
 from .places import full_disk
 from .simulators import SimulationError, build, run
@@ -40,7 +42,8 @@ class Frame:
 
     ``clocks``: from the first pixel pair accepted to the last disparity transferred, both counted. ``in_clocks``: from the first pair
     accepted to the last, both counted. ``out_clocks``: from the first disparity transferred to the last. ``latency``: the longest time
-    from a pair's transfer to the clock in which its disparity is valid; ``latency_first``: that of the first pixel.
+    from a pair's transfer to the clock in which its disparity is valid; ``latency_first``: that of the first pixel. ``start``: the clock
+    of the run in which the first disparity is transferred.
     """
     width: int
     height: int
@@ -49,6 +52,7 @@ class Frame:
     out_clocks: int
     latency: int
     latency_first: int
+    start: int = 0
 
     @property
     def clocks_per_pixel(self) -> float:
@@ -97,6 +101,12 @@ def mismatches(result: Result, number: int, left: NDArray[np.uint8], right: NDAr
     """Number of pixels of frame ``number`` of which any field differs from the golden model's for ``config``."""
     golden, given = match(left, right, config), result.fields[number]
     return int(np.count_nonzero(np.any([given[name] != golden[name] for name in config.result_fields], axis=0)))
+
+
+def _further_ports(core: RectifiedMatcher) -> list[str]:
+    """Connections of what only a matcher with rectification has: no maps are loaded, its status is not read."""
+    inputs = [f".{name}({len(Value.cast(getattr(core, name)))}'d0)" for name in core.LOADING]
+    return [*inputs, *(f".{name}()" for name in core.STATUS)]
 
 
 def _placed(fields: Mapping[str, int]) -> dict[str, tuple[int, int]]:
@@ -162,7 +172,7 @@ def simulate(config: MatcherConfig, lefts: Sequence[NDArray[np.uint8]], rights: 
              work_dir: str | os.PathLike[str], stall_i: float = 0.0, stall_o: float = 0.0, settings: Mapping[str, int] | None = None,
              seed: int = 1, waves: bool = False, progress: Callable[[int], None] | None = None,
              stage: Callable[[str], None] = lambda text: None, verilog: str | os.PathLike[str] | None = None,
-             timeout: int = 200_000) -> Result:
+             core: RectifiedMatcher | None = None, timeout: int = 200_000) -> Result:
     """Run pictures through the Verilog of ``Matcher(config)``, one frame after another.
 
     Parameters
@@ -189,6 +199,8 @@ def simulate(config: MatcherConfig, lefts: Sequence[NDArray[np.uint8]], rights: 
         Called with the name of each step as it begins.
     verilog : path
         Verilog of the matcher; emitted by default.
+    core : RectifiedMatcher
+        In the place of ``Matcher(config)``, for pictures that are not rectified; ``settings`` may then have all of its settings.
     timeout : int
         Clocks without a transfer after which the run ends as hung.
 
@@ -203,13 +215,15 @@ def simulate(config: MatcherConfig, lefts: Sequence[NDArray[np.uint8]], rights: 
     start = time.perf_counter()
     if verilog is None:
         stage("Writing Verilog")
-        verilog = emit(config, work / "matcher.v")
+        verilog = write_verilog(core, work / "matcher.v", name="matcher") if core else emit(config, work / "matcher.v")
     stage(f"Building for {simulator}")
     folder = work / f"{simulator}{'_waves' if waves else ''}"
     fields = _placed(config.result_fields)
-    ports = _placed({name: setting.bits for name, setting in config.settings.items()})
+    known = core.settings if core else config.settings
+    ports = _placed({name: setting.bits for name, setting in known.items()})
     word_bits, setting_bits = (sum(width for _, width in placed.values()) for placed in (fields, ports))
-    connections = ",".join(f".{name}(settings[{low + width - 1}:{low}])" for name, (low, width) in ports.items())
+    connections = ",".join([*(f".{name}(settings[{low + width - 1}:{low}])" for name, (low, width) in ports.items()),
+                            *(_further_ports(core) if core else ())])
     build(simulator, [verilog, _HARNESS], _TOP, folder, parameters={"WORD_BITS": word_bits, "SETTING_BITS": setting_bits},
           defines={"SETTING_PORTS": connections}, waves=waves)
     build_seconds = time.perf_counter() - start
@@ -223,7 +237,7 @@ def simulate(config: MatcherConfig, lefts: Sequence[NDArray[np.uint8]], rights: 
     plusargs = [f"+{name}={os.path.relpath(path, folder)}" for name, path in files.items()]
     numbers = {"stall_i": min(round(256 * stall_i), 255), "stall_o": min(round(256 * stall_o), 255), "seed": seed, "timeout": timeout}
     if settings is not None:
-        values = {**config.defaults, **settings}
+        values = {**{name: setting.default for name, setting in known.items()}, **settings}
         plusargs.append(f"+settings={sum((int(values[name]) & (1 << bits) - 1) << low for name, (low, bits) in ports.items()):x}")
     plusargs += [f"+{name}={value}" for name, value in numbers.items()]
     waves_file = work / f"matcher.{'fst' if simulator == 'icarus' else 'vcd'}" if waves else None

@@ -5,7 +5,7 @@
 //
 // A file may hold several pictures: they are consecutive frames without a pause between them.
 //
-// SETTING_PORTS is defined as the connections of the matcher's settings to bits of `settings`.
+// SETTING_PORTS is defined as the connections of the matcher's settings to bits of `settings`, and of its further ports, if it has any.
 //
 // Plusargs: +left= +right= +output= +report=  files
 //           +stall_i= +stall_o=               probability of a stall in each clock, in 1/256; 0 by default
@@ -27,7 +27,7 @@ module harness #(
   output reg done
 );
   localparam FRAMES = 1024;     // frames that may be inside the matcher at once
-  localparam PIXELS = 32768;    // pixels that may be inside the matcher at once
+  localparam PIXELS = 65536;    // pixels that may be inside the matcher at once
   localparam DRAIN = 64;        // clocks to wait for extra words after the last expected one
   localparam NAME = 8 * 1024;   // bits of a file name
 
@@ -167,7 +167,7 @@ module harness #(
       if (i_ready !== 1'b1 && i_ready !== 1'b0) rule_errors = rule_errors + 1;
       if (in_taken) begin
         idle = 0;
-        taken_at[pixels_taken[14:0]] = clock;
+        taken_at[pixels_taken[15:0]] = clock;
         pixels_taken = pixels_taken + 1;
         if (i_payload[16]) begin
           first_taken[frames_begun[9:0]] = clock;
@@ -202,7 +202,7 @@ module harness #(
           end_ = last && out_y == out_height - 1;
           if (o_payload[WORD_BITS+2:WORD_BITS] !== {end_, last, first}) flag_errors = flag_errors + 1;
           if (^o_payload === 1'bx) unknown_words = unknown_words + 1;
-          latency = offered_at - taken_at[pixels_given[14:0]];
+          latency = offered_at - taken_at[pixels_given[15:0]];
           pixels_given = pixels_given + 1;
           if (first) begin
             $fwrite(output_file, "// %0d %0d\n", out_width, out_height);
@@ -228,6 +228,7 @@ module harness #(
             $fwrite(report_file, "frame%0d.in_clocks %0d\n", frames_given, last_taken[ring[9:0]] - first_taken[ring[9:0]] + 1);
             $fwrite(report_file, "frame%0d.out_clocks %0d\n", frames_given, clock - first_given);
             $fwrite(report_file, "frame%0d.latency %0d\nframe%0d.latency_first %0d\n", frames_given, latency_max, frames_given, latency_first);
+            $fwrite(report_file, "frame%0d.start %0d\n", frames_given, first_given);
             frames_given = frames_given + 1;
             seen = 0;
           end

@@ -5,12 +5,20 @@ import re
 
 import numpy as np
 import pytest
+from amaranth.hdl import Fragment
 
+from golden.config import MatcherConfig, OnePass
+from golden.lab.cameras import pictures
+from golden.lab.mounting import Mounting
 from golden.matcher.matcher import match
 from golden.pictures import dataset
 from golden.pictures.dataset import StereoPair
+from golden.pictures.metrics import bad_pixels
 from golden.pictures.scenes import scene
+from golden.rig.balance import Auto
+from hdl.rig.balance import BalanceMode
 from sim import evaluate
+from sim.kit import mounted
 from sim.kit.harness import Frame, Result
 from sim.kit.simulators import SimulationError
 
@@ -32,6 +40,8 @@ def never(monkeypatch):
     ("--engine sequential --method fused", "--engine sequential has no method fused; choose"),
     ("--minimum 3", "--minimum 3 belongs to the method fused"),
     ("--method fused --minimum 256", "--minimum must be a whole number from -64 to 255, not 256; choose"),
+    ("--mounted --method fused --minimum 3", "--mounted is for pairs whose least disparity is 0, not 3; leave --minimum out"),
+    ("--pairs moon", "'moon'"),
     ("--refine", "--refine belongs to the method fused"),
     ("--method fused --parameters none.toml", "cannot read none.toml"),
     ("--json figures.txt", "figures.txt has the suffix .txt"),
@@ -110,6 +120,57 @@ def test_figures(pairs, monkeypatch, tmp_path, capsys, method, fault):
         assert figures[name] == pytest.approx(dict.fromkeys(dataset.MASKS, bad))
         assert 0 < bad < 100
         assert told["rates"][name] == {"clocks_per_pixel": 2.0, "seconds": 0.5}
+
+
+@pytest.mark.parametrize("fault", [0, 2])
+def test_mounted_cameras(pairs, monkeypatch, tmp_path, capsys, fault):
+    """What golden cameras computes, if the gateware rectifies and balances as its settings tell; any other pixel is counted."""
+    left, right, truth = scene(80, 50, 8, seed=3)
+    pair = StereoPair("venus", left, right, truth, {"nonocc": np.isfinite(truth), "all": np.isfinite(truth), "disc": np.isfinite(truth)}, 8)
+    pairs["venus"] = pair
+    calls = []
+
+    def simulate(config, lefts, rights, *, core, settings, progress, **_):
+        calls.append(len(lefts))
+        progress(50 * len(lefts))
+        auto, fields = Auto(0, 8), []
+        for seen in zip(lefts, rights):
+            first, second = core.rig.rig.rectified(*seen) if settings["rectify"] else seen
+            if settings["balance"] == BalanceMode.AUTO:
+                second = auto.pair(first, second)
+            fields.append(match(first, second, config))
+            fields[-1]["disparity"] = fields[-1]["disparity"].astype(np.int32)
+            fields[-1]["disparity"][0, :fault] ^= 1
+        return Result(fields, [Frame(80, 50, 1, 1, 1, 1, 1, 4000 * number**2) for number in range(len(lefts))], {}, 0.25, 0.0)
+
+    monkeypatch.setattr(mounted, "simulate", simulate)
+    monkeypatch.setattr(mounted, "write_verilog", lambda core, path, name: Fragment.get(core, None) and path)
+    json_file = tmp_path / "a.json"
+    assert evaluate.main(["--mounted", "--pairs", "venus", "venus", "--json", str(json_file)]) == int(fault > 0)
+    told = json.loads(json_file.read_text())
+    assert sum(calls) == mounted.FRAMES == 10
+    assert told["mismatches"] == 8 * fault
+    # From the second to the third frame of the last run; all runs.
+    assert told["rates"] == {"venus": {"frame_clocks": 12000, "seconds": 1.0}}
+    config = MatcherConfig(8, 80, engine="streaming", method=OnePass("linear"))
+    wanted = {name: np.array(match(*each, config)["disparity"]) for name, each in pictures(pair, Mounting()).items() if name != "exact"}
+    for disparity in wanted.values():
+        disparity[0, :fault] ^= 1
+    figures = {name: bad_pixels(disparity, truth, np.isfinite(truth)) for name, disparity in wanted.items()}
+    assert told["bad_pixels_percent"] == {name: {"venus": pytest.approx(dict.fromkeys(pair.masks, bad))} for name, bad in figures.items()}
+    assert told["averages"] == pytest.approx(figures)
+    assert figures["both"] > figures["both cured"] and len(set(figures.values())) == 8
+    out = capsys.readouterr().out
+    assert f"Mismatching pixels against golden: {8 * fault}\n" in out and "venus: 12000 clocks a frame" in out
+    assert [line for line in out.splitlines() if "and balanced" in line]
+
+
+def test_mounted_cameras_that_are_too_far_from_level(pairs, monkeypatch, capsys):
+    monkeypatch.setattr(evaluate, "Mounting", lambda: Mounting(roll=24))
+    left, right, truth = scene(80, 80, 8, seed=3)
+    pairs["venus"] = StereoPair("venus", left, right, truth, {}, 8)
+    assert evaluate.main(["--mounted", "--pairs", "venus"]) == 2
+    assert re.fullmatch(r"sim.evaluate: venus: this map needs \d+ lines and .*\n", capsys.readouterr().err)
 
 
 def test_failed_simulation(pairs, monkeypatch, tmp_path, capsys):
