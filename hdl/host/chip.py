@@ -75,6 +75,8 @@ class Chip:
     ----------
     registers : RegisterMap
         Register map of the system that answered.
+    repeated : int
+        Requests that were sent again. The chip may have carried out each attempt, which matters to an action.
     """
     ATTEMPTS = 4
 
@@ -84,6 +86,7 @@ class Chip:
     def __init__(self, transport: Transport, answer_seconds: float = 0.2) -> None:
         self._transport = transport
         self._answer_seconds = answer_seconds
+        self.repeated = 0
         self.registers: RegisterMap = register_map()
         identity, version = self.read("identity"), self.read("version")
         if identity != IDENTITY:
@@ -120,6 +123,7 @@ class Chip:
         problems = []
         for attempt in range(self.ATTEMPTS):
             self._drop(QUIET_SECONDS if attempt else 0)
+            self.repeated += attempt > 0
             self._transport.write(encode_request(request))
             reply, heard = self._listen()
             if reply is None:

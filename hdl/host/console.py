@@ -1,10 +1,11 @@
-"""`python -m hdl.host.console`: settings, status and counters of a running system, over its serial line."""
+"""`python -m hdl.host.console`: settings, status, counters and maps of a running system, over its serial line."""
 
 import functools
 import sys
 import time
 from collections.abc import Callable, Iterable, Sequence
 from contextlib import AbstractContextManager
+from pathlib import Path
 
 from rich.console import Console
 from rich.live import Live
@@ -15,9 +16,11 @@ from golden.errors import UserError, run_cli
 from golden.host.protocol import BAUD
 from golden.host.registers import Kind, Register, RegisterMap, register_map
 from golden.rig.config import RigConfig
+from golden.rig.files import RIG_NAME, read_rig
 from golden.tables import print_table, whole
 
 from .chip import Chip, SerialPort, Transport
+from .load_map import load_rig
 
 
 __all__ = ["main"]
@@ -104,7 +107,7 @@ def _parser() -> Parser:
     parser.add_argument("--port", metavar="PORT", help="serial port, such as /dev/ttyUSB0 or COM3; for all commands but list")
     parser.add_argument("--baud", type=int, default=BAUD, metavar="BAUD", help="bits a second (default: %(default)s)")
     parser.add_argument("--timeout", type=float, default=0.2, metavar="S", help="longest wait for a reply, seconds (default: %(default)s)")
-    commands = parser.add_subparsers(dest="command", required=True, metavar="get|set|watch|list")
+    commands = parser.add_subparsers(dest="command", required=True, metavar="get|set|watch|rectify|list")
     get = commands.add_parser("get", help="print registers")
     get.add_argument("names", nargs="+", metavar="NAME")
     assign = commands.add_parser("set", help="write settings and actions; a setting takes effect at a frame's start")
@@ -112,6 +115,8 @@ def _parser() -> Parser:
     watch = commands.add_parser("watch", help="show status and counters until interrupted")
     watch.add_argument("--interval", type=float, default=1.0, metavar="S", help="seconds between two readings (default: %(default)s)")
     watch.add_argument("--count", type=int, metavar="N", help="end after N readings")
+    rectify = commands.add_parser("rectify", help="load the maps of both cameras and put them in use")
+    rectify.add_argument("rig", type=Path, metavar="DIR", help=f"folder that golden calibrate wrote, or its {RIG_NAME}")
     commands.add_parser("list", help="show all registers; needs no port")
     return parser
 
@@ -126,12 +131,15 @@ def _run(connect: Callable[[str, int], AbstractContextManager[Transport]], argv:
         value = getattr(options, name, None)
         if value is not None and not least <= value <= greatest:
             raise UserError(f"--{name} must be from {least} to {greatest}, not {value}; choose a value in that range")
+    rig = read_rig(options.rig) if options.command == "rectify" else None
     with connect(options.port, options.baud) as transport:
         chip = Chip(transport, options.timeout)
         if options.command == "get":
             _get(chip, options.names)
         elif options.command == "set":
             _set(chip, options.assignments)
+        elif rig:
+            print(f"{options.rig}: {load_rig(chip, rig)}")
         else:
             _watch(chip, options.interval, options.count)
 

@@ -1,7 +1,7 @@
 """The host's end of a serial line: a model that is stepped once a clock, and the chip's registers at its other end in a simulator."""
 
 from collections import deque
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from typing import Any
 
 from amaranth.sim import Simulator
@@ -145,6 +145,8 @@ class SimulatedChip:
     mismatch : float
     rng
         As of :class:`UartHost`.
+    system : callable
+        With the parameters of :class:`hdl.host.registers.SerialRegisters`, which is the default; a component with its members.
 
     Attributes
     ----------
@@ -155,9 +157,9 @@ class SimulatedChip:
     line : UartHost
     """
     def __init__(self, registers: RegisterMap, *, baud: int = 115_200, bit_cycles: int = 16, frame_seconds: float = 1e-3,
-                 mismatch: float = 0.0, rng: Any = None):
+                 mismatch: float = 0.0, rng: Any = None, system: Callable[..., Any] = SerialRegisters):
         self.clock_hz = baud * bit_cycles
-        self.dut = SerialRegisters(registers, self.clock_hz, baud, frame_seconds=frame_seconds)
+        self.dut = system(registers, self.clock_hz, baud, frame_seconds=frame_seconds)
         self.line = UartHost(bit_cycles, mismatch=mismatch, rng=rng)
         self.status: dict[str, int] = {}
         self._settings = 0
