@@ -13,12 +13,14 @@ class Camera:
     ----------
     filling, latest, reading : int or None
         Buffers: the one being written, that of the latest frame, the one being read. No two are the same.
+    kept : int or None
+        Buffer of the kept pair's frame, which may be the one being read, and is neither of the other two.
     latest_began : int
         When the latest frame began.
     skipped, unpaired : int
         Frames for which no buffer was free; complete frames given up without a partner.
     """
-    __slots__ = ("buffers", "filling", "filling_began", "latest", "latest_began", "life", "reading", "skipped", "unpaired")
+    __slots__ = ("buffers", "filling", "filling_began", "kept", "latest", "latest_began", "life", "reading", "skipped", "unpaired")
 
     def __init__(self, buffers: int, life: int) -> None:
         self.buffers = buffers
@@ -26,6 +28,7 @@ class Camera:
         self.filling: int | None = None
         self.latest: int | None = None
         self.reading: int | None = None
+        self.kept: int | None = None
         self.filling_began = self.latest_began = 0
         self.skipped = self.unpaired = 0
 
@@ -51,7 +54,7 @@ class Camera:
         self.expire(now)
         self.filling = None
         for buffer in range(self.buffers):
-            if buffer != self.latest and buffer != self.reading:
+            if buffer not in (self.latest, self.reading, self.kept):
                 self.filling, self.filling_began = buffer, now
                 return buffer
         self.skipped += 1
@@ -73,18 +76,24 @@ class Pictures:
     ----------
     writing, latest, shown : int or None
         Slots: the one being written, that of a complete picture not shown yet, the one being shown. No two are the same.
+    kept : int or None
+        Slot of the kept pair, which may be any of the three; once its picture is complete, it is not written.
+    kept_complete : bool
+        The picture of the kept pair is complete.
     planes : list of :class:`PlaneState`
         Of the picture being written.
     dropped, abandoned : int
         Complete pictures replaced by another one before a fetch; pictures that were not completed.
     """
-    __slots__ = ("abandoned", "dropped", "latest", "planes", "shown", "slots", "writing")
+    __slots__ = ("abandoned", "dropped", "kept", "kept_complete", "latest", "planes", "shown", "slots", "writing")
 
     def __init__(self, slots: int) -> None:
         self.slots = slots
         self.writing: int | None = None
         self.latest: int | None = None
         self.shown: int | None = None
+        self.kept: int | None = None
+        self.kept_complete = False
         self.planes = [PlaneState.AWAITED] * 2
         self.dropped = self.abandoned = 0
 
@@ -92,7 +101,7 @@ class Pictures:
         """The slot for a new picture; ``None`` while one is being written, or if no slot is free."""
         if self.writing is None:
             for slot in range(self.slots):
-                if slot != self.latest and slot != self.shown:
+                if slot not in (self.latest, self.shown, self.kept):
                     return slot
         return None
 
@@ -125,6 +134,7 @@ class Pictures:
             self.give_up()
             return
         self.dropped += self.latest is not None
+        self.kept_complete |= self.writing == self.kept
         self.latest, self.writing = self.writing, None
 
     def give_up(self) -> None:

@@ -78,6 +78,8 @@ class Trace:
 
     ``frames``: of either camera. ``buffers``: the buffer of each frame, -1 if it was skipped.
 
+    ``keeps``: shape (n, 2), in order of time: clocks in which keeping a pair was asked for, and in which it was let go.
+
     Of each pair: ``numbers`` of its left and right frames; ``slots`` of its pictures; and the times when it was ``started``, when its last
     pixel was ``read``, when its pictures were ``finished``, and of the fetch from which on they were ``shown``.
 
@@ -92,14 +94,15 @@ class Trace:
     finished: Integers
     shown: Integers
     control: Pairing
+    keeps: Integers
 
 
 # Events other than the cameras', in their order within a clock.
-_DECIDE, _DONE, _FINISH, _FETCH = range(4)
+_LET_GO, _KEEP, _DECIDE, _DONE, _FINISH, _FETCH = range(6)
 
 
 def simulate(left: Frames, right: Frames, control: Pairing, read: int | Integers, fetch: int, *, first_fetch: int = 0,
-             after_read: int = 0) -> Trace:
+             after_read: int = 0, keeps: Iterable[tuple[int, int]] = ()) -> Trace:
     """Simulate the control from event to event, up to the cameras' last one.
 
     Parameters
@@ -112,13 +115,18 @@ def simulate(left: Frames, right: Frames, control: Pairing, read: int | Integers
         Clocks between two fetches of the display, and until the first one.
     after_read : int
         Clocks from the last pixel read until the pictures are complete.
+    keeps : iterable of (int, int)
+        Clocks in which keeping a pair is asked for, and in which it is let go; in order of time, no two clocks the same.
     """
     reads = np.atleast_1d(np.asarray(read, dtype=np.int64)).tolist()
     cameras, pictures = control.cameras, control.pictures
     buffers: tuple[list[int], list[int]] = ([], [])
     pairs: list[list[int]] = []             # rows of two frame numbers, slot, four times
     newest = [-1, -1]                       # frame in each camera's latest buffer
-    pending: list[tuple[int, int]] = []
+    # Both take effect in the next clock, before all else.
+    keeps = np.array(list(keeps), dtype=np.int64).reshape(-1, 2)
+    pending = [(at + 1, what) for asked, let_go in keeps.tolist() for at, what in ((asked, _KEEP), (let_go, _LET_GO))]
+    heapq.heapify(pending)
 
     def look(now: int) -> None:
         if not control.reading and pictures.writing is None and cameras[0].latest is not None and cameras[1].latest is not None:
@@ -127,6 +135,11 @@ def simulate(left: Frames, right: Frames, control: Pairing, read: int | Integers
     for now, begins, side, number, whole in _events(left, right):
         while pending and pending[0][0] <= now:
             at, what = heapq.heappop(pending)
+            if what in (_KEEP, _LET_GO):
+                control.keep = what == _KEEP
+                control.settle_kept()
+                look(at - 1)
+                continue
             if what == _DECIDE:
                 if (pair := control.decide(at)) is not None:
                     heapq.heappush(pending, (at + reads[len(pairs) % len(reads)], _DONE))
@@ -160,7 +173,7 @@ def simulate(left: Frames, right: Frames, control: Pairing, read: int | Integers
 
     of_left, of_right, slots, started, read_at, finished, shown = np.array(pairs, dtype=np.int64).reshape(-1, 7).T
     return Trace((left, right), (np.array(buffers[0], dtype=np.int64), np.array(buffers[1], dtype=np.int64)), (of_left, of_right),
-                 slots, started, read_at, finished, shown, control)
+                 slots, started, read_at, finished, shown, control, keeps)
 
 
 def _events(left: Frames, right: Frames) -> Iterator[tuple[int, bool, int, int, bool]]:
@@ -198,6 +211,14 @@ def violations(trace: Trace) -> list[str]:
     turns = np.append(np.sort(shown), _NEVER)
     replaced = turns[np.searchsorted(turns, shown, side="right").clip(max=len(turns) - 1)]
     demand((_next_use(trace.slots, trace.started) >= replaced) | (shown == _NEVER), "its picture was overwritten while it was shown")
+    # The first pair that started after it was asked for.
+    for asked, let_go in trace.keeps.tolist():
+        pair = int(np.searchsorted(trace.started, asked, side="right"))
+        if pair < len(trace.started):
+            uses = [_next_use(buffers, frames.begins)[number[pair]]
+                    for buffers, frames, number in zip(trace.buffers, trace.frames, trace.numbers, strict=True)]
+            if min(*uses, _next_use(trace.slots, trace.started)[pair]) <= let_go:
+                found.append(f"pair {pair}: it was overwritten while it was kept")
     demand((trace.finished >= read) | (trace.finished < 0), "its picture was finished before it was read")
     demand((trace.shown >= trace.finished) & (trace.finished >= 0) | (trace.shown < 0), "its picture was shown before it was finished")
     return found
@@ -237,10 +258,11 @@ def figures(trace: Trace) -> Figures:
         skipped=(cameras[0].skipped, cameras[1].skipped), unpaired=(cameras[0].unpaired, cameras[1].unpaired))
 
 
-def all_phases(buffers: int, read: float, *, clock_hz: int = 75_000_000, ppm: float = 300.0, camera: CameraFormat = PAL) -> Trace:
+def all_phases(buffers: int, read: float, *, clock_hz: int = 75_000_000, ppm: float = 300.0, camera: CameraFormat = PAL,
+               keeps: Iterable[tuple[int, int]] = ()) -> Trace:
     """Simulate cameras that drift by one frame against each other, through every phase, with a reading time of ``read`` periods.
 
-    The display is the slowest one, 50 frames a second.
+    The display is the slowest one, 50 frames a second. ``keeps`` as of :func:`simulate`.
 
     Examples
     --------
@@ -252,4 +274,5 @@ def all_phases(buffers: int, read: float, *, clock_hz: int = 75_000_000, ppm: fl
     period = camera.frame_seconds * clock_hz
     seconds = (1e6 / ppm + 2) * camera.frame_seconds
     left, right = (camera_frames(seconds, clock_hz, camera=camera, ppm=drift, start=start) for drift, start in ((0.0, 0.0), (ppm, 0.5)))
-    return simulate(left, right, Pairing(buffers, int(WINDOW * round(period))), int(read * period), clock_hz // 50)
+    return simulate(left, right, Pairing(buffers, int(WINDOW * round(period))), int(read * period), clock_hz // 50,
+                    keeps=keeps)

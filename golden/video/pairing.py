@@ -11,13 +11,18 @@ of a period 18 of 100, not 12).
 **Slots.** A shown picture has two planes, disparity and left grey, written in parallel into a slot. It is complete when both are, and
 abandoned if either is. The display locks a slot from one fetch to the next, and each fetch switches to the latest complete picture.
 
+**Keeping.** While it is asked for, the first pair that starts is kept: its two buffers and its slot are not written again until the pair is
+let go, so that a slow reader finds three pictures of one moment. If the picture of that pair is abandoned, the pair is let go at once, and
+the next one that starts is kept in its place. With a buffer more of each kind than :func:`buffers_needed` cameras, matcher and display do
+not notice: those that are not kept are as many as without.
+
 **Why** a window of 5/8 of a period: from 1/2 on, every frame of the slower camera has a partner at any phase. The additional eighth is
 hysteresis: once the phase has drifted past it, frames pair the other way round, 3/8 apart, and jitter does not reverse that. A frame waits
 at most 5/8 of a period for its partner, and must then be read before its buffer is needed again: within two periods, less the time in
 which a frame fills a buffer, less those 5/8. So double buffers are enough for a reading time of 3/8 of a period (:func:`buffers_needed`).
 
-Guarantees, checked by :func:`golden.video.drift.violations`: no buffer is written while it is read or shown; frames of a pair began no
-more than ``window`` apart, hence less than a period; each is used once at most, and in order; none is older than ``life``, whatever
+Guarantees, checked by :func:`golden.video.drift.violations`: no buffer is written while it is read, shown or kept; frames of a pair began
+no more than ``window`` apart, hence less than a period; each is used once at most, and in order; none is older than ``life``, whatever
 cameras and memory do; the shown picture changes at a fetch only.
 
 Times are whole clocks.
@@ -60,6 +65,10 @@ class Pairing:
     pictures : :class:`Pictures`
     hold : bool
         No new pair starts.
+    keep : bool
+        The next pair is kept, unless one is.
+    kept : :class:`Pair` or None
+        The pair that is kept, from its start on.
     reading : bool
         A pair is being read.
     pairs : int
@@ -72,7 +81,9 @@ class Pairing:
         self.life = LIVES * window if life is None else life
         self.cameras = (Camera(buffers, self.life), Camera(buffers, self.life))
         self.pictures = Pictures(buffers)
-        self.hold = False
+        self.hold = self.keep = False
+        self.kept: Pair | None = None
+        self._kept_read = False
         self.reading = False
         self.read_at = 0
         self.pairs = 0
@@ -94,13 +105,33 @@ class Pairing:
         self.pictures.start(slot)
         self.reading = True
         self.pairs += 1
+        if self.keep and self.kept is None:
+            self._set_kept(pair)
         return pair
+
+    def _set_kept(self, pair: Pair | None) -> None:
+        self.kept = pair
+        left, right = self.cameras
+        left.kept, right.kept, self.pictures.kept = pair or (None, None, None)
+        self._kept_read = self.pictures.kept_complete = False
+
+    @property
+    def kept_whole(self) -> bool:
+        """A kept pair has been read, and its picture is complete: all of it may be read from memory."""
+        return self._kept_read and self.pictures.kept_complete
+
+    def settle_kept(self) -> None:
+        """The end of a clock: a pair is let go that is not to be kept any more, or whose picture was abandoned."""
+        abandoned = self.kept is not None and not self.pictures.kept_complete and self.pictures.writing != self.kept.slot
+        if abandoned or not self.keep:
+            self._set_kept(None)
 
     def done(self, now: int) -> None:
         """The pair has been read; no effect if none is being read."""
         if self.reading:
             self.reading = False
             self.read_at = now
+            self._kept_read = self.kept is not None
             for camera in self.cameras:
                 camera.reading = None
 
@@ -115,15 +146,16 @@ class Pairing:
         4. frames ``begin``
         5. planes end, then planes ``begin``, the picture may thereby be finished
         6. the display's ``fetch``
-        7. ``hold`` or ``release``, which take effect in the next clock
+        7. ``hold`` or ``release``, ``keep`` or ``let_go``, which take effect in the next clock, as does it that the picture of a kept pair
+           was abandoned
 
         Parameters
         ----------
         now : int
             One more than in the previous call.
         events : collection of str
-            ``"done"``, ``"fetch"``, ``"hold"``, ``"release"``, and ``begin``, ``complete``, ``abandoned`` of each writer after its name
-            and a dot: ``"left_camera.begin"``.
+            ``"done"``, ``"fetch"``, ``"hold"``, ``"release"``, ``"keep"``, ``"let_go"``, and ``begin``,
+            ``complete``, ``abandoned`` of each writer after its name and a dot: ``"left_camera.begin"``.
 
         Returns
         -------
@@ -153,6 +185,9 @@ class Pairing:
             self.pictures.fetch()
         if "hold" in events or "release" in events:
             self.hold = "hold" in events
+        if "keep" in events or "let_go" in events:
+            self.keep = "keep" in events
+        self.settle_kept()
         return pair
 
 

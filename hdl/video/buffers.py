@@ -77,7 +77,7 @@ class CameraBuffers(wiring.Component):
     Ages: cycles since a frame began, saturating at ``life_clocks``. The latest frame expires at that age, so a frame that is too old is
     never mistaken for a new one.
 
-    Timing: ``available``, ``latest``, ``reading`` and ``age`` depend on registers alone.
+    Timing: ``available``, ``latest``, ``reading``, ``kept`` and ``age`` depend on registers alone.
 
     Parameters
     ----------
@@ -91,10 +91,14 @@ class CameraBuffers(wiring.Component):
         The latest frame becomes the one that is read; only while ``available``.
     locked : In(1)
         The frame taken last is still being read.
+    keep : In(1)
+        The frame that is taken in this cycle is kept; only while ``take``, and not while ``held``.
+    held : In(1)
+        Buffer ``kept`` is not filled.
     available : Out(1)
         There is a latest frame that has not expired.
-    latest, reading : Out(range(buffers))
-        Buffers of the latest frame, and of the one taken last.
+    latest, reading, kept : Out(range(buffers))
+        Buffers of the latest frame, of the one taken last, and of the one kept last.
     age : Out(range(life_clocks + 1))
         Of the latest frame.
     skipped, unpaired : Out(1)
@@ -107,9 +111,12 @@ class CameraBuffers(wiring.Component):
             "writer": In(Writing(buffers)),
             "take": In(1),
             "locked": In(1),
+            "keep": In(1),
+            "held": In(1),
             "available": Out(1),
             "latest": Out(range(buffers)),
             "reading": Out(range(buffers)),
+            "kept": Out(range(buffers)),
             "age": Out(range(life_clocks + 1)),
             "skipped": Out(1),
             "unpaired": Out(1),
@@ -139,13 +146,15 @@ class CameraBuffers(wiring.Component):
             m.d.sync += waits.eq(completed)
         with m.If(self.take):
             m.d.sync += self.reading.eq(self.latest)
+        with m.If(self.keep):
+            m.d.sync += self.kept.eq(self.latest)
         with m.If(completed):
             m.d.sync += [self.latest.eq(filling), self.age.eq(filling_age + 1)]
 
         # A frame begins. One that is taken in this cycle is read from the next one on.
         free, lowest = lowest_free(m, [
             (self.locked & (self.reading == buffer)) | ((self.take | ~retired) & (self.latest == buffer)) |
-            (completed & (filling == buffer)) for buffer in range(self.buffers)], "lowest")
+            (completed & (filling == buffer)) | (self.held & (self.kept == buffer)) for buffer in range(self.buffers)], "lowest")
         m.d.comb += self.skipped.eq(self.writer.begin & ~free)
         with m.If(self.writer.begin):
             m.d.sync += [self.writer.accept.eq(free), filling_age.eq(1)]
@@ -174,11 +183,18 @@ class PictureSlots(wiring.Component):
         A pair starts, whose picture is written to ``slot``; only while ``free``.
     reading, done : In(1)
         A pair is being read; it has been read.
+    keep : In(1)
+        The picture of the pair that starts in this cycle is kept; only while ``start``, and not while ``held``.
+    held : In(1)
+        Slot ``kept`` is not written once its picture is complete.
     free : Out(1)
         No picture is being written, and a slot is free.
-    slot : Out(range(buffers))
+    slot, kept : Out(range(buffers))
+        The slot for the next picture, and that of the picture kept last.
     dropped, abandoned : Out(1)
         One cycle: a complete picture is replaced by the next one before it was shown; a picture will not be completed.
+    complete : Out(1)
+        One cycle: a picture is complete.
     """
     def __init__(self, buffers: int, life_clocks: int):
         self.buffers = buffers
@@ -190,10 +206,14 @@ class PictureSlots(wiring.Component):
             "start": In(1),
             "reading": In(1),
             "done": In(1),
+            "keep": In(1),
+            "held": In(1),
             "free": Out(1),
             "slot": Out(range(buffers)),
+            "kept": Out(range(buffers)),
             "dropped": Out(1),
             "abandoned": Out(1),
+            "complete": Out(1),
         })
 
     def elaborate(self, platform: object) -> Module:
@@ -206,7 +226,8 @@ class PictureSlots(wiring.Component):
         wait    = Signal(range(self.life_clocks + 1), reset_less=True)  # cycles since the pair was read
 
         free, lowest = lowest_free(m, [
-            (waits & (latest == slot)) | (self.display.shown_valid & (shown == slot)) for slot in range(self.buffers)], "lowest")
+            (waits & (latest == slot)) | (self.display.shown_valid & (shown == slot)) | (self.held & (self.kept == slot))
+            for slot in range(self.buffers)], "lowest")
         m.d.comb += [self.free.eq(~writing & free), self.slot.eq(lowest)]
 
         # State of each plane at the end of this cycle.
@@ -233,7 +254,7 @@ class PictureSlots(wiring.Component):
         # The picture is finished when both planes are.
         give_up  = Signal()
         finished = Signal()
-        complete = Signal()
+        complete = self.complete
         m.d.comb += [
             give_up.eq(writing & ~self.reading & (wait == self.life_clocks)),
             finished.eq(writing & Cat((then == PlaneState.COMPLETE) | (then == PlaneState.ABANDONED) for then in after).all()),
@@ -244,6 +265,8 @@ class PictureSlots(wiring.Component):
         m.d.sync += wait.eq(Mux(self.done, 1, older(wait, self.life_clocks)))
         with m.If(self.start):
             m.d.sync += [writing.eq(1), written.eq(self.slot)]
+            with m.If(self.keep):
+                m.d.sync += self.kept.eq(self.slot)
         with m.Elif(give_up | finished):
             m.d.sync += writing.eq(0)
 

@@ -22,13 +22,18 @@ class BufferControl(wiring.Component):
     A slow memory only delays: the buffers of a pair stay locked for as long as it is read. A picture that is not finished ``life_clocks``
     after its pair was read is given up, so that a missing picture does not stop the system.
 
+    While ``keep`` is high, the first pair that starts is kept: its buffers and its slot are not written again. ``kept`` tells that they can
+    be read from memory. A pair whose picture is abandoned is let go, and the next one is kept instead. So that no frame is skipped
+    meanwhile, there must be a buffer more of each kind.
+
     Timing: a pair starts 2 cycles after the event that made it possible: one to decide, and ``start`` is registered. A setting sampled
-    at ``start`` applies to the whole pair. ``hold`` takes effect in the next cycle.
+    at ``start`` applies to the whole pair. ``hold`` and ``keep`` take effect in the next cycle.
+    ``kept`` and the numbers of its buffers are registers.
 
     Parameters
     ----------
     buffers : int
-        For each of the four kinds of pictures, from 2; :func:`golden.video.pairing.buffers_needed`.
+        For each of the four kinds of pictures, from 2; :func:`golden.video.pairing.buffers_needed`, and one more to keep a pair.
     window_clocks : int
         Greatest number of cycles between the beginnings of a pair's frames.
     life_clocks : int
@@ -44,6 +49,12 @@ class BufferControl(wiring.Component):
     display : In(Fetch(buffers))
     hold : In(1)
         No new pair starts; the shown picture freezes.
+    keep : In(1)
+        The next pair is kept, until this falls.
+    kept : Out(1)
+        A pair is kept, has been read, and its picture is complete.
+    kept_left, kept_right, kept_slot : Out(range(buffers))
+        Its buffers and its slot; hold while ``kept``.
     clear : In(1)
         Sets the counters to zero, or to one if they count in this cycle.
     pairs : Out(16)
@@ -75,6 +86,9 @@ class BufferControl(wiring.Component):
             "reader": In(PairRead(buffers)),
             "display": In(Fetch(buffers)),
             "hold": In(1),
+            "keep": In(1),
+            "kept": Out(1),
+            **dict.fromkeys(("kept_left", "kept_right", "kept_slot"), Out(range(buffers))),
             "clear": In(1),
             **{name: Out(16) for name in self.COUNTERS},
         })
@@ -109,6 +123,27 @@ class BufferControl(wiring.Component):
             m.d.sync += reading.eq(1)
         for camera, buffer in ((left, self.reader.left_buffer), (right, self.reader.right_buffer)):
             m.d.comb += [camera.take.eq(start), camera.locked.eq(reading & ~done), buffer.eq(camera.reading)]
+
+        # A kept pair: from its start on; has been read; its picture is complete.
+        keep     = Signal()
+        held     = Signal()
+        read     = Signal()
+        complete = Signal()
+        to_keep  = Signal()     # the pair that starts in this cycle is kept
+        let_go   = Signal()
+        m.d.comb += [
+            to_keep.eq(start & keep & ~held),
+            let_go.eq(~self.keep | (held & ~complete & slots.abandoned)),
+            self.kept.eq(read & complete),
+            self.kept_left.eq(left.kept), self.kept_right.eq(right.kept), self.kept_slot.eq(slots.kept),
+        ]
+        m.d.sync += keep.eq(self.keep)
+        with m.If(let_go):
+            m.d.sync += [held.eq(0), read.eq(0), complete.eq(0)]
+        with m.Else():
+            m.d.sync += [held.eq(held | to_keep), read.eq(held & (read | done)), complete.eq(held & (complete | slots.complete))]
+        for part in (left, right, slots):
+            m.d.comb += [part.keep.eq(to_keep), part.held.eq(held)]
 
         # The counters are a cycle late: the events that they count are at the end of long paths.
         events = (start, left.skipped, right.skipped, left.unpaired, right.unpaired, slots.dropped, slots.abandoned)

@@ -49,7 +49,7 @@ def test_jitter():
         camera_frames(1.0, HZ, jitter=0.01)
 
 
-def clock_by_clock(left, right, control, reads, fetch, *, first_fetch, after_read):
+def clock_by_clock(left, right, control, reads, fetch, *, first_fetch, after_read, keeps):
     """The result of :func:`simulate` by stepping the rule in every clock; rows of pairs, and the buffers of the frames."""
     end = max(*left.ends, *right.ends, *left.begins, *right.begins)
     events = [set() for _ in range(end + 2)]
@@ -58,6 +58,9 @@ def clock_by_clock(left, right, control, reads, fetch, *, first_fetch, after_rea
             events[at].add(f"{name}.begin")
         for at, complete in zip(frames.ends, frames.complete):
             events[at].add(f"{name}.complete" if complete else f"{name}.abandoned")
+    for asked, let_go in keeps:
+        events[asked].add("keep")
+        events[let_go].add("let_go")
     rows, buffers, done, finish = [], ([], []), None, None
     newest, begun = [-1, -1], [0, 0]
     for now in range(end + 1):
@@ -101,6 +104,8 @@ def test_event_by_event_is_clock_by_clock(seed):
     reads = rng.integers(2, (8, 14, 30)[seed % 3], 7)
     buffers, fetch = 2 + seed % 2, int(rng.integers(5, 20))
     options = {"first_fetch": int(rng.integers(0, 200)), "after_read": int(rng.integers(1, 4))}
+    edges = np.cumsum(rng.integers(1, 150, 8)).reshape(-1, 2) if seed % 4 else np.zeros((0, 2), dtype=np.int64)
+    options["keeps"] = edges.tolist()
     trace = simulate(*sides, Pairing(buffers, 10), reads, fetch, **options)
     rows, used = clock_by_clock(*sides, Pairing(buffers, 10), reads.tolist(), fetch, **options)
     columns = [*trace.numbers, trace.slots, trace.started, trace.read, trace.finished, trace.shown]
@@ -193,10 +198,24 @@ def test_where_buffers_stop_being_enough(read, buffers, skipped, lost):
     assert (min(len(frames.begins) for frames in trace.frames) - found.pairs > 1) == lost
 
 
+@pytest.mark.parametrize("needed, read", [(2, 0.05), (2, 0.41), (3, 0.97)])
+def test_no_frame_is_skipped_while_a_pair_is_kept(needed, read):
+    """Over all phases, with one buffer more than needed, kept for any time, again and again: the pairs are those of one that keeps none."""
+    edges = np.cumsum(np.random.default_rng(1).integers(1, 8 * PERIOD, 240))
+    plain, *others = (all_phases(buffers, read, ppm=1000.0, keeps=keeps) for buffers, keeps in (
+        (needed, []), (needed + 1, [(0, 10**12)]), (needed + 1, edges.reshape(-1, 2))))
+    for trace in others:
+        assert violations(trace) == [] and figures(trace).skipped == (0, 0)
+        assert np.array_equal(trace.numbers, plain.numbers) and np.array_equal(trace.started, plain.started)
+        assert np.array_equal(trace.shown, plain.shown)
+    # One buffer less does not do.
+    assert min(figures(all_phases(needed, read, ppm=1000.0, keeps=[(0, 10**12)])).skipped) > 0
+
+
 @pytest.fixture(scope="module")
 def kept():
     left, right = camera_frames(4.0, HZ), camera_frames(4.0, HZ, ppm=3000.0, start=0.3)
-    trace = run(left, right, buffers=2)
+    trace = run(left, right, buffers=3, keeps=[(10 * PERIOD, 30 * PERIOD)])
     assert len(trace.started) > 90
     return trace
 
@@ -217,6 +236,9 @@ def changed(array, at, by):
         complete=t.frames[0].complete & (np.arange(len(t.frames[0].begins)) != t.numbers[0][50])), t.frames[1])}),
     ("left frame was stale", lambda t: {"frames": (t.frames[0]._replace(begins=changed(t.frames[0].begins, t.numbers[0][50], -2 * PERIOD)),
                                                    t.frames[1])}),
+    ("overwritten while it was kept", lambda t: {"buffers": (t.buffers[0], np.arange(len(t.buffers[1])) % 3)}),
+    ("overwritten while it was kept", lambda t: {"slots": np.arange(len(t.slots)) % 3}),
+    ("overwritten while it was kept", lambda t: {"keeps": t.keeps + [[0, PERIOD]]}),
     ("left frame was overwritten while it was read", lambda t: {"buffers": (changed(t.buffers[0], t.numbers[0][50] + 1, 0) * 0,
                                                                             t.buffers[1])}),
     ("next one started while it was being read", lambda t: {"read": changed(t.read, 50, PERIOD)}),

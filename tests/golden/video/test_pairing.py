@@ -219,6 +219,64 @@ def test_hold():
     assert play(control, events, 30) == {21: Pair(0, 0, 0)}
 
 
+class TestKeep:
+    FRAMES = "left_camera.{0} right_camera.{0}"
+    PLANES = "disparity_plane.{0} left_plane.{0}"
+
+    def pair(self, at):
+        """Events of a pair that is decided in clock ``at`` and read, and whose picture is complete, in clock ``at + 5``."""
+        return {at - 2: self.FRAMES.format("begin"), at - 1: self.FRAMES.format("complete"), at + 1: self.PLANES.format("begin"),
+                at + 5: "done fetch " + self.PLANES.format("complete")}
+
+    def test_first_pair_that_starts(self):
+        control = Pairing(3, 5, 100)
+        events = {0: "keep", **self.pair(10), **self.pair(20)}
+        assert play(control, events, 11) == {10: Pair(0, 0, 0)}
+        assert control.kept == Pair(0, 0, 0) and not control.kept_whole
+        for now in range(11, 15):
+            control.clock(now, events.get(now, "").split())
+            assert not control.kept_whole
+        control.clock(15, events[15].split())
+        assert control.kept_whole
+        # The next pairs go elsewhere.
+        assert [control.clock(now, events.get(now, "").split()) for now in range(16, 21)][-1] == Pair(1, 1, 1)
+        assert control.kept == Pair(0, 0, 0) and control.kept_whole
+
+    def test_pair_being_read_is_not_kept(self):
+        control = Pairing(3, 5, 100)
+        play(control, {**self.pair(10), 10: "keep"}, 18)
+        assert control.pairs == 1 and control.kept is None
+
+    @pytest.mark.parametrize("last", ["done", "left_plane.complete", "disparity_plane.complete"])
+    def test_not_before_all_of_it_is_in_memory(self, last):
+        control = Pairing(3, 5, 100)
+        events = {0: "keep", **self.pair(10)}
+        play(control, events | {15: " ".join(name for name in events[15].split() if name != last)}, 30)
+        assert not control.kept_whole
+        control.clock(30, [last])
+        assert control.kept_whole
+
+    @pytest.mark.parametrize("end", ["disparity_plane.abandoned", "left_plane.begin", ""])
+    def test_next_one_if_its_picture_is_abandoned(self, end):
+        """Abandoned, begun twice, or given up 20 clocks after the pair was read: by then the pair is let go."""
+        control = Pairing(3, 5, 20)
+        events = {0: "keep", **self.pair(10)}
+        play(control, events | {14: end, 15: "done" + (" left_plane.complete disparity_plane.complete" if end else "")}, 36)
+        assert control.pictures.abandoned == 1 and control.kept is None and control.cameras[0].kept is control.pictures.kept is None
+        for now in range(36, 50):
+            control.clock(now, self.pair(40).get(now, "").split())
+        assert control.kept == Pair(0, 0, 0) and control.kept_whole
+
+    def test_let_go(self):
+        """It takes effect in the next clock: a frame that begins in the same one still finds the buffer occupied."""
+        for begin, buffer in ((20, 1), (21, 0)):
+            control = Pairing(3, 5, 100)
+            events = {0: "keep", **self.pair(10), 20: "let_go"}
+            events[begin] = events.get(begin, "") + " left_camera.begin"
+            play(control, events, 22)
+            assert control.kept is None and control.cameras[0].filling == buffer
+
+
 def test_life_by_default():
     assert Pairing(2, 5).life == 20
 

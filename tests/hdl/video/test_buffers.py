@@ -105,11 +105,12 @@ def index(value):
 
 
 class CameraModel:
-    """One camera, and whether the frame taken last is being read."""
+    """One camera, whether the frame taken last is being read, and, if it ``keeps`` any, the one that is kept."""
     WRITER = ("writer.begin", "writer.complete", "writer.abandoned")
 
-    def __init__(self, buffers, life):
+    def __init__(self, buffers, life, keeps):
         self.camera = Camera(buffers, life)
+        self.keeps = keeps
         self.now = 0
 
     def available(self):
@@ -119,7 +120,7 @@ class CameraModel:
         camera = self.camera
         ages = [None if buffer is None else min(self.now - began, camera.life)
                 for buffer, began in ((camera.filling, camera.filling_began), (camera.latest, camera.latest_began))]
-        return camera.filling, camera.latest, camera.reading, *ages
+        return camera.filling, camera.latest, camera.reading, camera.kept, *ages
 
     def moves(self):
         for writer in subsets(self.WRITER):
@@ -128,10 +129,14 @@ class CameraModel:
                 yield writer | {"done"}
             elif self.available():
                 yield writer | {"take"}
+                if self.camera.kept is None and self.keeps:
+                    yield writer | {"take", "keep"}
+            if self.camera.kept is not None:
+                yield writer | {"let go"}
 
     def high(self, move):
         locked = self.camera.reading is not None and "done" not in move
-        return move | {"locked"} if locked else move
+        return move | ({"locked"} if locked else set()) | ({"held"} if self.camera.kept is not None else set())
 
     def expected(self):
         camera = self.camera
@@ -140,6 +145,8 @@ class CameraModel:
             values["writer.buffer"] = camera.filling
         if camera.reading is not None:
             values["reading"] = camera.reading
+        if camera.kept is not None:
+            values["kept"] = camera.kept
         if self.available():
             values |= {"latest": camera.latest, "age": self.now - camera.latest_began}
         return values
@@ -149,6 +156,8 @@ class CameraModel:
         skipped, unpaired = camera.skipped, camera.unpaired
         if "take" in move:
             camera.reading, camera.latest = camera.latest, None
+            if "keep" in move:
+                camera.kept = camera.reading
         if "done" in move:
             camera.reading = None
         camera.expire(self.now)
@@ -156,37 +165,43 @@ class CameraModel:
             camera.end(self.now, "writer.abandoned" not in move)
         if "writer.begin" in move:
             camera.begin(self.now)
+        if "let go" in move:
+            camera.kept = None
         self.now += 1
         return {"skipped": camera.skipped - skipped, "unpaired": camera.unpaired - unpaired}
 
 
-@pytest.mark.parametrize("buffers, life, least", [(2, 6, 2000), (3, 5, 2000)])
-def test_camera(buffers, life, least):
+@pytest.mark.parametrize("buffers, life, keeps, least", [(2, 6, False, 2000), (3, 5, False, 2000), (3, 3, True, 4000)])
+def test_camera(buffers, life, keeps, least):
     dut = CameraBuffers(buffers, life)
-    steps = walk(dut, CameraModel(buffers, life), (*CameraModel.WRITER, "take", "locked"),
-                 ("writer.accept", "writer.buffer", "available", "latest", "reading", "age", "skipped", "unpaired"))
+    steps = walk(dut, CameraModel(buffers, life, keeps), (*CameraModel.WRITER, "take", "locked", "keep", "held"),
+                 ("writer.accept", "writer.buffer", "available", "latest", "reading", "kept", "age", "skipped", "unpaired"))
     assert steps > least
 
 
 class PicturesModel:
-    """The slots, and the pair: started, being read, read for some cycles."""
+    """The slots, and the pair: started, being read, read for some cycles. If it ``keeps`` any, of the planes only likely moves."""
     PLANES = ("disparity_plane", "left_plane")
 
-    def __init__(self, slots, life):
+    def __init__(self, slots, life, keeps):
         self.pictures = Pictures(slots)
         self.life = life
+        self.keeps = keeps
         self.reading = False
         self.since = life       # the pair was read
 
     def key(self):
         pictures = self.pictures
         writing = (*pictures.planes, self.reading, self.since) if pictures.writing is not None else (self.reading,)
-        return pictures.writing, pictures.latest, pictures.shown, *writing
+        return pictures.writing, pictures.latest, pictures.shown, pictures.kept, *writing
 
     def moves(self):
         planes = [subsets([f"{plane}.{event}" for event in ("begin", "complete", "abandoned")]) for plane in self.PLANES]
         # The two are alike: one of them need not do the unlikely ones.
         planes[1] = [move for move in planes[1] if len(move) == 1 or "left_plane.abandoned" not in move]
+        if self.keeps:
+            planes = [[move for move in of_plane if len(move) < 2] for of_plane in planes]
+            planes[1] = [frozenset({"left_plane.begin"}), frozenset({"left_plane.complete"})]
         for first, second, fetch in itertools.product(*planes, subsets(["display.fetch"])):
             move = first | second | fetch
             yield move
@@ -194,15 +209,21 @@ class PicturesModel:
                 yield move | {"done"}
             elif self.pictures.free() is not None:
                 yield move | {"start"}
+                if self.keeps and self.pictures.kept is None:
+                    yield move | {"start", "keep"}
+            if self.pictures.kept is not None:
+                yield move | {"let go"}
 
     def high(self, move):
-        return move | {"reading"} if self.reading else move
+        return move | ({"reading"} if self.reading else set()) | ({"held"} if self.pictures.kept is not None else set())
 
     def expected(self):
         pictures = self.pictures
         values = {"free": pictures.free() is not None, "display.shown_valid": pictures.shown is not None}
         if pictures.free() is not None:
             values["slot"] = pictures.free()
+        if pictures.kept is not None:
+            values["kept"] = pictures.kept
         if pictures.shown is not None:
             values["display.shown_buffer"] = pictures.shown
         for plane, state in zip(self.PLANES, pictures.planes):
@@ -215,7 +236,7 @@ class PicturesModel:
     def clock(self, move):
         pictures = self.pictures
         dropped, abandoned = pictures.dropped, pictures.abandoned
-        slot = pictures.free()
+        slot, kept_complete = pictures.free(), pictures.kept_complete
         if pictures.writing is not None and not self.reading and self.since == self.life:
             pictures.give_up()
         for plane, name in enumerate(self.PLANES):
@@ -228,15 +249,22 @@ class PicturesModel:
             pictures.fetch()
         if "start" in move:
             pictures.start(slot)
+        if "keep" in move:
+            pictures.kept, pictures.kept_complete = slot, False
+        finished = pictures.kept_complete > kept_complete
+        if "let go" in move:
+            pictures.kept, pictures.kept_complete = None, False
         self.since = 1 if "done" in move else min(self.since + 1, self.life)
         self.reading = "start" in move or (self.reading and "done" not in move)
-        return {"dropped": pictures.dropped - dropped, "abandoned": pictures.abandoned - abandoned}
+        result = {"dropped": pictures.dropped - dropped, "abandoned": pictures.abandoned - abandoned}
+        return result | ({"complete": True} if finished else {})
 
 
-def test_pictures():
-    dut = PictureSlots(2, 2)
-    inputs = ["start", "reading", "done", "display.fetch",
+@pytest.mark.parametrize("life, keeps, least", [(2, False, 20000), (1, True, 1000)])
+def test_pictures(life, keeps, least):
+    dut = PictureSlots(2, life)
+    inputs = ["start", "reading", "done", "keep", "held", "display.fetch",
               *(f"{plane}.{event}" for plane in PicturesModel.PLANES for event in ("begin", "complete", "abandoned"))]
-    outputs = ["free", "slot", "dropped", "abandoned", "display.shown_valid", "display.shown_buffer",
+    outputs = ["free", "slot", "kept", "complete", "dropped", "abandoned", "display.shown_valid", "display.shown_buffer",
                *(f"{plane}.{member}" for plane in PicturesModel.PLANES for member in ("accept", "buffer"))]
-    assert walk(dut, PicturesModel(2, 2), inputs, outputs) > 20000
+    assert walk(dut, PicturesModel(2, life, keeps), inputs, outputs) > least

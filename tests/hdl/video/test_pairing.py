@@ -13,10 +13,10 @@ from hdl.video.pairing import BufferControl
 
 
 WRITERS = (*CAMERAS, *PLANES)
-INPUTS = ("reader.done", "display.fetch", "hold", "clear",
+INPUTS = ("reader.done", "display.fetch", "hold", "keep", "clear",
           *(f"{writer}.{event}" for writer in WRITERS for event in ("begin", "complete", "abandoned")))
 BITS = {name: 1 << place for place, name in enumerate(INPUTS)}
-EVENTS = [name for name in INPUTS if name not in ("hold", "clear")]
+EVENTS = [name for name in INPUTS if name not in ("hold", "keep", "clear")]
 
 
 class Reference:
@@ -41,7 +41,8 @@ class Reference:
             self.cleared = self.shown
         self.shown = self.counts()
         events = {name.removeprefix("reader.").removeprefix("display.") for name in names}
-        self.started = self.rule.clock(self.now, events | {"hold" if "hold" in names else "release"})
+        levels = {"hold" if "hold" in names else "release", "keep" if "keep" in names else "let_go"}
+        self.started = self.rule.clock(self.now, events | levels)
         self.now += 1
 
     def expected(self):
@@ -54,6 +55,7 @@ class Reference:
         for plane in pictures.planes:
             accept = pictures.writing is not None and plane is PlaneState.FILLING
             values += [accept, pictures.writing if accept else None]
+        values += [rule.kept_whole, *((rule.kept if rule.kept_whole else None) or [None] * 3)]
         values += [min(count - cleared, 2**16 - 1) for count, cleared in zip(self.shown, self.cleared)]
         return values
 
@@ -63,7 +65,7 @@ def outputs(dut):
     values = [reader.start, reader.left_buffer, reader.right_buffer, display.shown_valid, display.shown_buffer]
     for writer in WRITERS:
         values += [getattr(dut, writer).accept, getattr(dut, writer).buffer]
-    return values + [getattr(dut, name) for name in BufferControl.COUNTERS]
+    return values + [getattr(dut, name) for name in ("kept", "kept_left", "kept_right", "kept_slot", *BufferControl.COUNTERS)]
 
 
 def compare(dut, cycles):
@@ -100,6 +102,20 @@ def compare(dut, cycles):
     return reference
 
 
+def kept_now_and_then(cycles, mean):
+    """With ``keep`` as well, which changes every ``mean`` cycles on average."""
+    rng = random.Random(2)
+    keep = False
+
+    def with_keep(names):
+        nonlocal keep
+        keep ^= rng.random() < 1 / mean
+        added = {"keep"} if keep else set()
+        return (lambda reference: names(reference) | added) if callable(names) else names | added
+
+    return [with_keep(names) for names in cycles]
+
+
 @pytest.mark.parametrize("buffers, window, life, chance", [
     (2, 2, 5, 0.3), (2, 6, None, 0.12), (2, 14, 15, 0.08), (3, 5, None, 0.15), (3, 1, 3, 0.4), (5, 7, 40, 0.1),
 ])
@@ -109,7 +125,7 @@ def test_random(buffers, window, life, chance):
     names = [*EVENTS, "hold", "clear"]
     weights = {"hold": 0.2, "clear": 0.02, **{name: 0.3 for name in EVENTS if name.endswith("abandoned")}}
     cycles = [{name for name in names if rng.random() < chance * weights.get(name, 1.0)} for _ in range(3000)]
-    reference = compare(BufferControl(buffers, window, life), cycles)
+    reference = compare(BufferControl(buffers, window, life), kept_now_and_then(cycles, 60))
     assert reference.rule.pairs > 10 and min(camera.unpaired for camera in reference.rule.cameras) > 50
 
 
@@ -160,7 +176,7 @@ class World:
 def test_plausible(buffers, period, reading, fetch, trouble):
     """Components that keep the contract, with jitter, frames abandoned, cameras lost, pictures that go missing."""
     world = World(1, period, reading, fetch, trouble=trouble)
-    reference = compare(BufferControl(buffers, 5 * period // 8), [world] * 3000)
+    reference = compare(BufferControl(buffers, 5 * period // 8), kept_now_and_then([world] * 3000, 5 * period))
     pictures = reference.rule.pictures
     assert reference.rule.pairs > 40
     assert (pictures.abandoned > 0) == (trouble > 0)
@@ -178,7 +194,7 @@ def test_every_combination_of_inputs():
     for names in combinations:
         cycles += [world] * rng.randrange(3)
         cycles.append({*names, *(["hold"] if rng.random() < 0.1 else [])})
-    reference = compare(BufferControl(2, 4), cycles)
+    reference = compare(BufferControl(2, 4), kept_now_and_then(cycles, 10))
     *counts, dropped, abandoned = reference.counts()
     assert min(*counts, abandoned) > 100 and dropped == 0   # a new picture waits for the fetch of the one before
 
@@ -189,6 +205,26 @@ def play(events, cycles):
 
 
 PAIR = {0: "left_camera.begin", 2: "right_camera.begin", 10: "left_camera.complete", 12: "right_camera.complete"}
+
+
+def test_kept_pair():
+    """By hand: asked for in cycle 0, kept once both planes are complete and the pair is read; let go in the cycle after ``keep`` falls."""
+    dut = BufferControl(3, 4, 100)
+    seen = []
+    events = PAIR | {15: "disparity_plane.begin left_plane.begin", 20: "disparity_plane.complete left_plane.complete", 24: "reader.done"}
+
+    async def testbench(ctx):
+        for cycle, names in enumerate(play(events, 40)):
+            for name in INPUTS:
+                ctx.set(attrgetter(name)(dut), name in names or (name == "keep" and cycle < 30))
+            seen.append(ctx.get(dut.kept))
+            await ctx.tick()
+
+    simulator = Simulator(dut)
+    simulator.add_clock(1e-6)
+    simulator.add_testbench(testbench)
+    simulator.run()
+    assert [cycle for cycle, kept in enumerate(seen) if kept] == [*range(25, 31)]
 
 
 def test_start_after_two_cycles():

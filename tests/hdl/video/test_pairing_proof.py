@@ -28,7 +28,7 @@ class Promises(Elaboratable):
         self.dut = BufferControl(buffers, window, life)
         self.life = self.dut.life_clocks
         self.events = {name: Signal(name=name) for name in (
-            "reader.done", "display.fetch", "hold", *(f"{writer}.{event}" for writer in (*CAMERAS, *PLANES)
+            "reader.done", "display.fetch", "hold", "keep", *(f"{writer}.{event}" for writer in (*CAMERAS, *PLANES)
                                                       for event in ("begin", "complete", "abandoned")))}
 
     def writer(self, m, name):
@@ -69,6 +69,27 @@ class Promises(Elaboratable):
         display = self.dut.display
         for writes, buffer, _ in self.planes:
             m.d.comb += Assert(~(writes & display.shown_valid & (buffer == display.shown_buffer)))
+
+    def no_torn_pair(self, m):
+        """What is kept was not written since its pair started, and is not written; a kept pair holds."""
+        dut = self.dut
+        kept = Cat(dut.kept_left, dut.kept_right, dut.kept_slot)
+        was_kept, before = Signal(), Signal.like(kept)
+        m.d.sync += [was_kept.eq(dut.kept), before.eq(kept)]
+        m.d.comb += Assert(~(was_kept & dut.kept) | (kept == before))
+        for number, ((writes, buffer, _), read, held) in enumerate(zip(self.cameras, self.buffers_read, (dut.kept_left, dut.kept_right))):
+            written = Array(Signal(name=f"written_{number}_{n}") for n in range(self.buffers))
+            with m.If(writes):
+                m.d.sync += written[buffer].eq(1)
+            # Between a kept pair's start and ``kept`` no other pair starts.
+            with m.If(dut.reader.start & ~dut.kept):
+                m.d.sync += written[read].eq(0)
+            m.d.comb += Assert(~(dut.kept & (written[held] | (writes & (buffer == held)))))
+        for writes, buffer, _ in self.planes:
+            m.d.comb += Assert(~(dut.kept & writes & (buffer == dut.kept_slot)))
+
+    def keeps_nothing(self, m):
+        m.d.comb += Assert(~self.dut.kept)
 
     def what_holds(self, m):
         """No pair starts while one is read, whose buffers hold; the shown picture holds from fetch to fetch."""
@@ -119,6 +140,7 @@ def proved(folder, *arguments):
 
 @pytest.mark.parametrize("buffers, window, life, promise", [
     *((buffers, 2, 5, promise) for buffers in (2, 3) for promise in ("no_torn_frame", "no_torn_picture", "what_holds", "near_and_fresh")),
+    (2, 2, 5, "no_torn_pair"), (3, 2, 5, "no_torn_pair"),
     # The widths of the system as built; the proof does not depend on the length of its times.
     (2, 1_875_000, None, "no_torn_frame"), (3, 1_875_000, None, "no_torn_picture"),
 ])
@@ -126,7 +148,7 @@ def test_promise(tmp_path, buffers, window, life, promise):
     assert proved(tmp_path, buffers, window, life, promise)
 
 
-@pytest.mark.parametrize("promise", ["shows_nothing", "nearer", "younger"])
+@pytest.mark.parametrize("promise", ["shows_nothing", "keeps_nothing", "nearer", "younger"])
 def test_what_is_not_promised(tmp_path, promise):
     """Refuted: the system does something, and the bounds of ``near_and_fresh`` are met."""
     assert not proved(tmp_path, 2, 2, 5, promise)
