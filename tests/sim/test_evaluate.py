@@ -122,7 +122,8 @@ def test_figures(pairs, monkeypatch, tmp_path, capsys, method, fault):
         assert told["rates"][name] == {"clocks_per_pixel": 2.0, "seconds": 0.5}
 
 
-@pytest.mark.parametrize("fault", [0, 2])
+# Slow: with no pixel but golden's the same, and status 0.
+@pytest.mark.parametrize("fault", [pytest.param(0, marks=pytest.mark.slow), 2])
 def test_mounted_cameras(pairs, monkeypatch, tmp_path, capsys, fault):
     """What golden cameras computes, if the gateware rectifies and balances as its settings tell; any other pixel is counted."""
     left, right, truth = scene(80, 50, 8, seed=3)
