@@ -1,6 +1,7 @@
 """Pairs of picture files that show a chessboard."""
 
 from collections.abc import Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
 
 from ..cli import progress
@@ -8,10 +9,10 @@ from ..errors import UserError
 from ..notes import note
 from ..pictures.images import read_picture
 from .solve import LEAST_VIEWS
-from .views import Board, View, find_corners, names, view
+from .views import Board, Corners, View, find_corners, names, view
 
 
-__all__ = ["Files", "pair_up", "read_views"]
+__all__ = ["Files", "Found", "pair_up", "read_views"]
 
 
 Files = tuple[Path, Path]   # of the left and of the right picture
@@ -26,44 +27,66 @@ def pair_up(paths: Sequence[Path], least: int = LEAST_VIEWS) -> list[Files]:
     return list(zip(paths[:half], paths[half:]))
 
 
-def read_views(pairs: Sequence[Files], board: Board) -> tuple[list[View], dict[str, Files], list[Path], tuple[int, int]]:
-    """Views of a board in pairs of pictures.
+@dataclass
+class Found:
+    """Views of a board that were found in pairs of pictures.
 
-    Returns
-    -------
+    Parameters
+    ----------
+    size : (int, int)
+        Width and height of all pictures, pixels.
     views : list of View
-        Pairs in both of which corners are found; :class:`UserError` if there is none, or the pictures differ in size.
+        Pairs in both of which corners are found.
     files : dict of str to (path, path)
         Those of each view, by its name.
     without : list of path
-        Pictures without corners, which a note names.
-    size : (int, int)
-        Width and height of all pictures, pixels.
+        Pictures without corners.
+    left_out : int
+        Pairs of which at least one is without.
     """
-    views, files, without = list[View](), dict[str, Files](), list[Path]()
+    size: tuple[int, int]
+    views: list[View] = field(default_factory=list)
+    files: dict[str, Files] = field(default_factory=dict)
+    without: list[Path] = field(default_factory=list)
+    left_out: int = 0
+
+    def add(self, pair: Files, left: Corners | None, right: Corners | None) -> View | None:
+        """Add the pair of files in whose pictures these corners were found; the view, if there are corners in both."""
+        self.without += [path for path, corners in zip(pair, (left, right)) if corners is None]
+        if left is None or right is None:
+            self.left_out += 1
+            return None
+        each = view(f"{pair[0].name} and {pair[1].name}", left, right)
+        self.views.append(each)
+        self.files[each.name] = pair
+        return each
+
+
+def read_views(pairs: Sequence[Files], board: Board) -> Found:
+    """Views of a board in pairs of pictures; a note names those without.
+
+    :class:`UserError` if corners are found in no pair, or the pictures differ in size.
+    """
     first: tuple[Path, tuple[int, ...]] | None = None
+    found: Found | None = None
     with progress() as bar:
         for pair in bar.track(pairs, description="corners"):
-            found = []
+            corners = []
             for path in pair:
                 picture = read_picture(path)
                 first = first or (path, picture.shape)
                 if picture.shape != first[1]:
                     raise UserError(f"{path} has {picture.shape[1]}x{picture.shape[0]} pixels and {first[0]} has "
                                     f"{first[1][1]}x{first[1][0]}; take all pictures at one size")
-                corners = find_corners(picture, board)
-                found.append(corners)
-                if corners is None:
-                    without.append(path)
-            name = f"{pair[0].name} and {pair[1].name}"
-            if found[0] is not None and found[1] is not None:
-                views.append(view(name, found[0], found[1]))
-                files[name] = pair
-    if not views:
-        raise UserError(f"the corners of a {board.columns}x{board.rows} board are found in no pair, not in {names(without)}; check "
-                        "--board, and take sharp pictures of the whole board")
-    if without:
-        note(f"no corners of a {board.columns}x{board.rows} board in {names(without)}: {len(pairs) - len(views)} pairs are left out")
-    if first is None:
+                found = found or Found((picture.shape[1], picture.shape[0]))
+                corners.append(find_corners(picture, board))
+            if found:
+                found.add(pair, corners[0], corners[1])
+    if not found:
         raise AssertionError("there are pairs")
-    return views, files, without, (first[1][1], first[1][0])
+    if not found.views:
+        raise UserError(f"the corners of a {board.columns}x{board.rows} board are found in no pair, not in {names(found.without)}; check "
+                        "--board, and take sharp pictures of the whole board")
+    if found.without:
+        note(f"no corners of a {board.columns}x{board.rows} board in {names(found.without)}: {found.left_out} pairs are left out")
+    return found

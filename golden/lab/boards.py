@@ -108,7 +108,8 @@ def run(argv: Sequence[str] | None) -> None:
     options = parser().parse_args(argv)
     board = read_board(options.board, 1)
     rig = read_rig(options.rig)
-    views, files, _, size = read_views(pair_up(options.files, 1), board)
+    found = read_views(pair_up(options.files, 1), board)
+    views, files, size = found.views, found.files, found.size
     if size != rig.size:
         raise UserError(f"the pictures have {size[0]}x{size[1]} pixels and {options.rig} is for {rig.size[0]}x{rig.size[1]}; calibrate at "
                         "the size of the pictures")
