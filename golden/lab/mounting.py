@@ -61,11 +61,17 @@ class Mounting:
         focal length is the width of the picture.
     gain : float
         Of its grey levels.
+    vignetting : float
+        By which both darken towards the corners of their pictures, as a part of the grey levels there.
+    noise : float
+        Standard deviation of both cameras' noise, grey levels; the same at each call.
     """
     roll: float = 1.0
     offset: float = 3.0
     lens: float = -0.1
     gain: float = 0.7
+    vignetting: float = 0.0
+    noise: float = 0.0
 
     def sources(self, width: int, height: int, camera: int) -> tuple[Floats, Floats]:
         """Where camera 0, the left one, or 1 sees each pixel of its rectified picture: x and y, (H, W) each, pixels."""
@@ -86,12 +92,28 @@ class Mounting:
 
     def pair(self, pair: StereoPair) -> tuple[NDArray[np.uint8], NDArray[np.uint8]]:
         """What the cameras see of a rectified pair."""
-        right = self.seen(pair.right, 1)
-        return self.seen(pair.left, 0), np.floor(self.gain * right + 0.5).clip(0, PIXEL_MAX).astype(np.uint8)
+        height, width = pair.left.shape
+        y, x = np.mgrid[:height, :width].astype(np.float64)
+        brightness = self._brightness(x, y, width, height)
+        left, right = (
+            np.floor(gain * brightness * self.seen(side, camera) + self._noise(width, height, camera) + 0.5).clip(0, PIXEL_MAX)
+            for camera, (side, gain) in enumerate(((pair.left, 1.0), (pair.right, self.gain))))
+        return left.astype(np.uint8), right.astype(np.uint8)
 
     def rig(self, width: int, height: int) -> Rig:
-        """The rig of perfectly calibrated cameras."""
-        return Rig(*(fit_map(*self.sources(width, height, camera)) for camera in (0, 1)))  # type: ignore[arg-type]
+        """The rig of perfectly calibrated cameras, with the gain that undoes the vignetting."""
+        places = [self.sources(width, height, camera) for camera in (0, 1)]
+        left, right = (fit_map(x, y, 1 / self._brightness(x, y, width, height)) for x, y in places)
+        return Rig(left, right)
+
+    def _brightness(self, x: Floats, y: Floats, width: int, height: int) -> Floats:
+        """At places of a camera's picture."""
+        right, down = x - (width - 1) / 2, y - (height - 1) / 2
+        result: Floats = 1 - self.vignetting * 4 * (right * right + down * down) / (width * width + height * height)
+        return result
+
+    def _noise(self, width: int, height: int, camera: int) -> Floats:
+        return np.random.default_rng(camera).normal(0, self.noise, (height, width))
 
 
 def _centred(width: int, height: int, offset: float = 0.0) -> tuple[Floats, Floats]:

@@ -142,8 +142,10 @@ class RegisterFile(wiring.Component):
                     m.d.sync += [known.eq(1), found.eq(self._value(register))]
                     if register.writable:
                         number = value.as_signed() if register.signed else value
+                        # Comparisons that are always true are left out.
                         above = number >= register.minimum if register.minimum else 1
-                        m.d.sync += [writable.eq(1), in_range.eq(above & (number <= register.maximum))]
+                        below = number <= register.maximum if register.maximum < COUNT_MAX else 1
+                        m.d.sync += [writable.eq(1), in_range.eq(above & below)]
                     if register.kind is Kind.SETTING:
                         with m.If(write):
                             m.d.sync += self.settings[register.name].eq(value)

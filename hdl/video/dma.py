@@ -117,7 +117,7 @@ class LineScan(wiring.Component):
 
     def _moved(self, m: Module, row: Signal) -> Signal:
         """The line of the picture that is line ``row`` after it was moved."""
-        moved  = Signal(signed(max(len(row), len(self.offset)) + 2))
+        moved  = Signal(signed(max(len(row) + 1, len(self.offset)) + 1))
         result = Signal.like(row)
         m.d.comb += moved.eq(row + self.offset)
         with m.If(moved < 0):

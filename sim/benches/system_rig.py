@@ -15,6 +15,7 @@ from golden.host.protocol import BAUD, FRAME_BYTES, FRAME_SECONDS, Operation, Re
 from golden.host.registers import register_map
 from golden.matcher.matcher import disparities
 from golden.pictures.scenes import scene
+from golden.rig.balance import GAIN_ONE, apply, measure, target
 from golden.video.bt656 import BLANK_CHROMA, BLANK_LUMA, clip
 from golden.video.display import DisplayMode, monitor_picture
 from golden.video.formats import CameraFormat
@@ -89,7 +90,7 @@ class Rig:
     def __init__(self, dut: Any, *, seed: int = 1, timing: Ddr2Timing | None = None):
         size = SIZES[os.environ["SYSTEM_SIZE"]]
         self.dut = dut
-        self.config, self.camera, self.display = size.config, size.camera, size.display
+        self.config, self.camera, self.display, self.rig = size.config, size.camera, size.display, size.rig
         self.seed = seed
         self.pair = self._scene()
         self.films = {side: Film(self.camera, picture, seed=seed + n) for n, (side, picture) in enumerate(zip(SIDES, self.pair))}
@@ -100,15 +101,18 @@ class Rig:
         self.transmitter.set_pins(0, {"isel": 0})       # as the board does in its reset
         for decoder in self.decoder.decoders[:2]:
             decoder.lock = Tvp5154.LOCKED
-        self.registers = register_map(self.config, self.camera.height)
+        self.registers = register_map(self.config, self.camera.height, self.rig)
         self.host = UartHost(UART_CYCLES)
-        self.settings: dict[str, Any] = {"mode": DisplayMode.DISPARITY, "colour": False}
+        #: With ``maps``, a :class:`Rig` or ``None``, and ``balance``, gain and offset of the right picture.
+        self.settings: dict[str, Any] = {"mode": DisplayMode.DISPARITY, "colour": False, "maps": self.rig and self.rig.rig,
+                                         "balance": (GAIN_ONE, 0)}
         self.states = [(self.pair, self.settings)]      # scenes and settings since the last check
         self.cut = 0                                    # pictures that end early
 
     def _scene(self):
         self.seed += 1
-        return tuple(map(clip, scene(self.camera.width, self.camera.height, self.config.labels, self.seed)[:2]))
+        left, right, *_ = scene(self.camera.width, self.camera.height, self.config.labels, self.seed)
+        return clip(left), clip(3 * right.astype(int) // 4 if self.rig else right)
 
     async def start(self) -> None:
         """Start clocks and models; then release the resets in the order of the board: ``sync``, ``display``, cameras."""
@@ -183,10 +187,23 @@ class Rig:
     def golden(self, pair: tuple[NDArray[Any], NDArray[Any]], settings: dict[str, Any]) -> NDArray[np.uint8]:
         """The monitor's picture of a pair."""
         config = self.config.with_settings(settings)
-        left, right = pair
+        left, right = self._rectified(pair, settings)
+        right = apply(right, *settings["balance"])
         # Labels are disparities without fraction, counted from the minimum.
         labels = np.floor(disparities(left, right, config)).astype(int) - config.minimum
         return monitor_picture(labels, left, self.display, settings["mode"], settings["colour"], self.config.labels)
+
+    @staticmethod
+    def _rectified(pair: tuple[NDArray[Any], NDArray[Any]], settings: dict[str, Any]) -> tuple[NDArray[Any], NDArray[Any]]:
+        return settings["maps"].rectified(*pair) if settings["maps"] else pair
+
+    def auto(self) -> tuple[int, int]:
+        """Gain and offset of the balance after some pairs of this scene."""
+        minimum = self.settings.get("minimum", self.config.minimum)
+        left, right = self._rectified(self.pair, self.settings)
+        found = target(measure(left, right, minimum, self.config.labels))
+        assert found, "a scene without contrast"
+        return found
 
     def change(self, *, scene: bool = True, **settings: Any) -> None:
         """Another scene in front of the cameras, from their next frames on; ``settings`` that the host writes are recorded."""

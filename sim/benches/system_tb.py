@@ -30,9 +30,22 @@ async def start(dut, stalls=()):
     """A rig whose monitor shows the first pair."""
     rig = Rig(dut, timing=dataclasses.replace(HOSTILE, stalls=stalls))
     await rig.start()
+    if rig.rig:     # the first two pairs are as they are, then gain and offset stay
+        rig.change(scene=False, balance=rig.auto())
     await rig.shows(frames=20)
     rig.cut = 0     # black until the first picture
+    if rig.rig:     # scenes that change would have a balance that depends on what was seen when
+        await fix_balance(rig, 300, -1500)
     return rig
+
+
+async def fix_balance(rig, gain, offset):
+    """Another fixed balance; the one before is not fixed."""
+    await rig.write("fixed_gain", gain)
+    await rig.write("fixed_offset", offset)
+    rig.change(scene=False, balance=(gain, offset))
+    await rig.write("balance", 2)
+    await rig.shows()
 
 
 @cocotb.test()
