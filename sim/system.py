@@ -1,8 +1,10 @@
 """The whole chip: ``python -m sim.system [LEFT RIGHT]`` sends a pair from two simulated cameras to a simulated monitor.
 
 One pair of 720x576 pixels goes through the Verilog of the system at the formats of the board, PAL in and 720x576 at 50 Hz out, and what
-the monitor saw must equal the golden model's picture in every pixel. ``--frames`` and ``--faults`` run a small system instead, against
-models that check every rule: how full the FIFOs get, and whether each fault is counted and got over.
+the monitor saw must equal the golden model's picture in every pixel. With ``--mounted`` the cameras see the pair as mounted by hand, and
+the system is built with the maps that rectify it; the monitor then shows the third pair, the first one that is balanced. ``--frames`` and
+``--faults`` run a small system instead, against models that check every rule: how full the FIFOs get, and whether each fault is counted
+and got over.
 """
 
 import argparse
@@ -21,9 +23,10 @@ from golden.cli import Parser
 from golden.errors import UserError, run_cli
 from golden.files import output_folder
 from golden.matcher.labelling import match
-from golden.pictures.dataset import motorcycle
+from golden.pictures.dataset import StereoPair, motorcycle
 from golden.pictures.images import read_pair, write_picture
 from golden.pictures.white import add_white_option, check_white
+from golden.rig.balance import Auto
 from golden.tables import print_table
 from golden.video.bt656 import clip, encode
 from golden.video.display import DisplayMode, monitor_picture
@@ -31,7 +34,7 @@ from golden.video.formats import PAL, CameraFormat
 from golden.video.memory_map import Plane
 from hdl.emit import verilog_text, write_verilog
 from hdl.video.system import StereoSystem
-from sim.benches.system_sizes import CLOCK_HZ, SIZES, TOP, Size
+from sim.benches.system_sizes import CLOCK_HZ, MOUNTING, SIZES, TOP, Size, mounted
 from sim.kit.simulators import SimulationError, build, require, run
 from sim.models.monitor import Monitor
 
@@ -44,9 +47,13 @@ _HARNESS = Path(__file__).with_suffix(".v")
 # What a run leaves: the picture of the whole system, or the figures of a small one.
 _RESULTS = _MONITOR, _FIGURES = "monitor.png", "told.json"
 
-# Delay of the right camera; and of the monitor's first frame after the reset, when its picture is in the memory.
+# Delay of the right camera; and of the monitor's first frame after the reset, a whole number of its frames before the one that finds the
+# picture in the memory.
 _RIGHT_SECONDS = 0.002
-_DISPLAY_SECONDS = 0.0095
+_DISPLAY_SECONDS = 0.0105
+
+# Pairs of a scene that stands still, until they are balanced by what was measured of it.
+_BALANCED = 3
 
 
 @functools.cache
@@ -94,9 +101,9 @@ def _report(path: Path) -> dict[str, float]:
     return {key: float(value) for key, value in (line.split() for line in path.read_text().splitlines())}
 
 
-def run_full(size: Size, pair: Sequence[NDArray[np.uint8]], folder: Path,
-             simulator: str = "verilator") -> tuple[dict[str, float], NDArray[np.uint8]]:
-    """One pair through ``system.v``; the counts, and the monitor's picture."""
+def run_full(size: Size, pair: Sequence[NDArray[np.uint8]], folder: Path, simulator: str = "verilator", *,
+             pairs: int = 1) -> tuple[dict[str, float], NDArray[np.uint8]]:
+    """A pair through ``system.v``, so many times; the counts, and the monitor's picture of the last one."""
     system = size.system()
     memory_map = system.memory_map
     source = write_verilog(system, folder / "full.v", name=TOP)
@@ -115,7 +122,8 @@ def run_full(size: Size, pair: Sequence[NDArray[np.uint8]], folder: Path,
     # Relative to where the simulator runs: Verilog's file names are of limited length.
     run(simulator, "system_bench", folder / simulator, "sim.benches.system_bench_tb",
         plusargs=[*(f"+{name}=../{path.name}" for name, path in files.items()), f"+right_at={camera.frame_bytes - late}"],
-        env={"PERIODS": " ".join(map(str, periods)), "DISPLAY_NS": round(_DISPLAY_SECONDS * 1e9)})
+        env={"PERIODS": " ".join(map(str, periods)),
+             "DISPLAY_NS": round((_DISPLAY_SECONDS + (pairs > 1) * pairs * camera.frame_seconds) * 1e9)})
     monitor = Monitor(display)
     for _ in range(2):  # so that it sees an edge
         monitor.clock(7 << 24)
@@ -135,7 +143,7 @@ def _print_full(size: Size, report, mismatches) -> None:
     table.add_column("value", justify="right")
     for name, value in (
             ("mismatching pixels at the monitor", f"{mismatches}"),
-            ("clocks, pair's first word to picture's last", f"{clocks:,}"),
+            ("clocks, first pair's first word to its picture's last", f"{clocks:,}"),
             ("clocks per pixel", f"{clocks / (size.camera.width * size.camera.height):.3f}"),
             (f"frames/s at {CLOCK_HZ / 1e6:g} MHz", f"{rate:.1f}"),
             (f"margin over {1 / size.camera.frame_seconds:.0f} frames/s", f"{rate * size.camera.frame_seconds:.1f} times"),
@@ -174,6 +182,8 @@ def _main(argv: Sequence[str] | None) -> int:
     parser.add_argument("pictures", nargs="*", metavar="LEFT RIGHT",
                         help=f"rectified pair, cropped or its edges repeated to {PAL.width}x{PAL.height}; without it, the Motorcycle pair")
     add_white_option(parser)
+    parser.add_argument("--mounted", action="store_true", help="cameras as one mounts them: rolled, one lower and darker, with lenses, "
+                        "darker corners and noise; the system rectifies and balances the pair")
     parser.add_argument("--frames", type=int, metavar="N", help="instead: N frames of a small system, how full its FIFOs get")
     parser.add_argument("--faults", action="store_true", help="instead: faults of a small system")
     parser.add_argument("--output", type=Path, default=Path("build/system"), metavar="DIR", help="default: %(default)s")
@@ -183,15 +193,16 @@ def _main(argv: Sequence[str] | None) -> int:
     small = options.faults or options.frames is not None
     if options.faults and options.frames is not None:
         raise UserError("--frames and --faults are two benches; choose one of them")
-    if small and options.pictures:
-        raise UserError("LEFT and RIGHT are for the full size, and --frames and --faults have pictures of their own; leave them out")
+    if small and (options.pictures or options.mounted):
+        raise UserError("LEFT, RIGHT and --mounted are for the full size, and --frames and --faults have pictures of their own; "
+                        "leave them out")
     check_white(options, bool(options.pictures))
-    size = SIZES["full"]
+    size = mounted() if options.mounted else SIZES["full"]
     pair = [] if small else _pair(options.pictures, options.white, size.camera)
     require("verilator")
     try:
         with output_folder(options.output) as folder:
-            return _run_small(folder.absolute(), options) if small else _run_full(folder.absolute(), size, pair)
+            return _run_small(folder.absolute(), options) if small else _run_full(folder.absolute(), size, pair, options)
     except SimulationError as error:
         print(f"sim.system: {error}", file=sys.stderr)
         return 1
@@ -214,12 +225,25 @@ def _run_small(folder: Path, options: argparse.Namespace) -> int:
     return 0
 
 
-def _run_full(folder: Path, size: Size, pair: Sequence[NDArray[np.uint8]]) -> int:
+def _seen(pair: Sequence[NDArray[np.uint8]], size: Size) -> tuple[list[NDArray[np.uint8]], list[NDArray[np.uint8]]]:
+    """What cameras mounted as the size says see of a pair, and what the matcher gets of that."""
+    left, right = pair
+    seen = [clip(side) for side in MOUNTING.pair(StereoPair("scene", left, right, np.zeros(left.shape), {}, size.config.labels))]
+    rig = size.rig and size.rig.rig
+    assert rig
+    auto = Auto(size.config.minimum, size.config.labels)
+    left, right = rig.rectified(*seen)
+    *_, balanced = (auto.pair(left, right) for _ in range(_BALANCED))
+    return seen, [left, balanced]
+
+
+def _run_full(folder: Path, size: Size, pair: Sequence[NDArray[np.uint8]], options: argparse.Namespace) -> int:
     """A pair through the whole system, compared at the monitor; the exit status."""
     start = time.perf_counter()
-    labels = match(pair[0], pair[1], size.config)
-    expected = monitor_picture(labels, pair[0], size.display, DisplayMode.DISPARITY, False, size.config.labels)
-    report, picture = run_full(size, pair, folder)
+    seen, matched = _seen(pair, size) if options.mounted else (pair, pair)
+    labels = match(matched[0], matched[1], size.config)
+    expected = monitor_picture(labels, matched[0], size.display, DisplayMode.DISPARITY, False, size.config.labels)
+    report, picture = run_full(size, seen, folder, pairs=_BALANCED if options.mounted else 1)
     mismatches = int(np.count_nonzero((picture != expected).any(axis=-1)))
     write_picture(folder / _MONITOR, picture)
     _only(folder, _MONITOR)

@@ -1,5 +1,6 @@
 """The cocotb half of ``test_system.py``: the whole system, from two cameras to the monitor."""
 
+import argparse
 import dataclasses
 import json
 import os
@@ -10,9 +11,13 @@ import numpy as np
 from cocotb.triggers import ClockCycles
 
 from golden.host.registers import IDENTITY
+from golden.rig.balance import GAIN_ONE
+from golden.rig.config import MapsInUse
+from golden.rig.maps import map_sum, pack
 from golden.video.display import DisplayMode
 from sim.benches.system_faults import FAULTS
 from sim.benches.system_rig import SIDES, Rig
+from sim.benches.system_sizes import noise_rig
 from sim.models.ddr2 import Ddr2Timing
 
 
@@ -92,6 +97,78 @@ async def pictures(dut):
         await ClockCycles(dut.clk, 2000 if level == 0 else 300)
     await ClockCycles(dut.clk, 6000)
     assert await rig.read("display_frames") < 5 < frames
+
+
+@cocotb.test()
+async def maps(dut):
+    """Maps are loaded while pairs pass, and used from a pair's start on; one that is wrong is reported, and the next one cures it."""
+    rig = await start(dut)
+    first = rig.rig.rig
+    assert [await rig.read(name) for name in ("rectify_lines", "map", "row_offset")] == [
+        rig.rig.lines, MapsInUse.BUILT_IN, first.row_offset]
+
+    second = noise_rig(5, -3)
+    await load(rig, second)
+    assert await rig.read("map") == MapsInUse.BUILT_IN
+    rig.change(maps=second)
+    await rig.write("map_swap", 1)
+    await rig.shows()
+    assert [await rig.read(name) for name in ("map", "map_swapping", "map_fault")] == [MapsInUse.LOADED, 0, 0]
+
+    # A copy, then rectified again.
+    for on, which in ((0, None), (1, second)):
+        rig.change(maps=which)
+        await rig.write("rectify", on)
+        await rig.shows()
+    assert rig.cut == 0
+
+    # Rows that are never free: a rectifier of 22 lines cannot hold 24. Pictures that it leaves black are not looked at.
+    wrong = {side: dataclasses.replace(which, bounds=which.bounds - 60) for side, which in (("left", second.left), ("right", second.right))}
+    await load(rig, argparse.Namespace(**wrong, row_offset=0))
+    await rig.write("map_swap", 1)
+    await rig.until_reads("map_fault", 1)
+    assert await rig.read("map_abandoned") > 0
+    await load(rig, first)
+    rig.change(maps=first)
+    await rig.write("map_swap", 1)
+    await rig.shows(frames=20, every=False)
+    await rig.write("clear_counters", 1)
+    rig.change()
+    await rig.shows()
+    assert [await rig.read(name) for name in ("map_fault", "map_abandoned")] == [0, 0]
+
+    # The balance by itself, and a camera that is black for some frames: what was measured of it is forgotten in time.
+    rig.change(scene=False, balance=(GAIN_ONE, 0))
+    wanted = rig.auto()
+    rig.change(scene=False, balance=wanted)
+    await rig.write("balance", 1)
+    await rig.shows(frames=20)
+    assert (await rig.read("gain"), await rig.read("offset")) == wanted
+    picture = rig.films["right"].picture
+    rig.films["right"].picture = np.full_like(picture, 16)
+    for _ in range(100):
+        if await rig.read("right_deviation") < 32:
+            break
+    else:
+        raise AssertionError("a black camera was not noticed")
+    rig.films["right"].picture = picture
+    await rig.shows(frames=300, every=False)
+    assert (await rig.read("gain"), await rig.read("offset")) == wanted
+    for name in NEVER:
+        assert await rig.read(name) == 0, name
+
+
+async def load(rig, which):
+    """Write the maps of a rig into the registers, and read their sums."""
+    for side, each in enumerate((which.left, which.right)):
+        words = pack(each)
+        for name, value in (("map_side", side), ("map_address", 0), ("map_start", 1)):
+            await rig.write(name, value)
+        for word in words:
+            for name, value in (("map_low", word & 65535), ("map_middle", word >> 16 & 65535), ("map_high", word >> 32), ("map_next", 1)):
+                await rig.write(name, value)
+        assert await rig.read("map_sum") == map_sum(words)
+    await rig.write("row_offset", which.row_offset)
 
 
 @cocotb.test()

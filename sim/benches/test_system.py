@@ -29,6 +29,13 @@ def test_pictures(folder, size):
     run_small(folder, "pictures", size=size)
 
 
+# Slow: loading maps takes long; the rectifier's benches load them, and miss lines, too.
+@pytest.mark.slow
+def test_maps(folder):
+    """Maps that the host loads, a wrong one, a black camera."""
+    run_small(folder, "maps", size="small fused")
+
+
 # Slow: few faults with the method fused; the blocks that count them have tests of their own.
 @pytest.mark.slow
 @pytest.mark.parametrize("size, names", [("small fused", SOME), ("small", tuple(FAULTS))], ids=["some", "all"])

@@ -61,6 +61,19 @@ def test_directions():
     assert (x[50, 90], y[50, 90]) == pytest.approx((50, 90))    # clockwise, as one looks at the picture
 
 
+def test_vignetting_and_noise():
+    """Corners are darker by what was said, and the rig's gain undoes that; noise is the same at each call, and that of each camera."""
+    flat = StereoPair("flat", *2 * [np.full((120, 160), 100, np.uint8)], np.zeros((120, 160)), {}, 8)
+    dark = dataclasses.replace(STRAIGHT, vignetting=0.4)
+    left, right = dark.pair(flat)
+    assert (left == right).all() and (left[0, 0], left[60, 80]) == (61, 100)
+    assert np.abs(dark.rig(160, 120).rectified(left, right)[0].astype(int) - 100).max() <= 5
+    noisy = dataclasses.replace(STRAIGHT, noise=2)
+    first, second = noisy.pair(flat), noisy.pair(flat)
+    assert all((a == b).all() for a, b in zip(first, second)) and (first[0] != first[1]).any()
+    assert [side.std() for side in first] == pytest.approx([2, 2], abs=0.1)
+
+
 def test_pictures_of_every_column():
     found = pictures(pair(), Mounting())
     assert [*found] == [*COLUMNS]
