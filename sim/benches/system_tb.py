@@ -152,8 +152,9 @@ async def maps(dut):
     else:
         raise AssertionError("a black camera was not noticed")
     rig.films["right"].picture = picture
-    await rig.shows(frames=300, every=False)
-    assert (await rig.read("gain"), await rig.read("offset")) == wanted
+    for name, value in zip(("gain", "offset"), wanted):
+        await rig.until_reads(name, value, 400)
+    await rig.shows(every=False)
     for name in NEVER:
         assert await rig.read(name) == 0, name
 

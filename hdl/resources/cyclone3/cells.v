@@ -15,7 +15,7 @@ endmodule
 endmodule
 
 // A memory block with one port to write and one to read.
-(* blackbox *) module C3_M9K (input CLK, input [12:0] WA, input [35:0] WD, input WE, input [12:0] RA, input RE, output [35:0] Q);
+(* blackbox *) module C3_M9K (input CLK, input RCLK, input [12:0] WA, input [35:0] WD, input WE, input [12:0] RA, input RE, output [35:0] Q);
 endmodule
 
 (* blackbox *) module C3_MULT18 (input [17:0] A, input [17:0] B, output [35:0] Y);
