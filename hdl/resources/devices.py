@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from .count import Resources
 
 
-__all__ = ["DEFAULT_DEVICE", "DEVICES", "Device"]
+__all__ = ["CONTROLLER", "DEFAULT_DEVICE", "DEVICES", "Device"]
 
 
 @dataclass(frozen=True)
@@ -19,5 +19,9 @@ class Device:
 DEVICES = {device.name: device for device in (
     Device("EP3C120F780C7", Resources(logic_elements=119_088, memory_bits=3_981_312, m9k=432, multipliers_9x9=576)),
 )}
+#: What Altera's memory controller takes, which our count cannot see: the half-rate controller with its physical layer for 32 bits of DDR2,
+#: rounded up from the user guide's table for this family.
+CONTROLLER = Resources(logic_elements=10_000, memory_bits=100_000, m9k=20)
+
 #: The device of the thesis.
 DEFAULT_DEVICE = "EP3C120F780C7"

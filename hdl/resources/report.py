@@ -15,7 +15,7 @@ from .count import FIGURES, Count, Resources
 from .devices import Device
 
 
-__all__ = ["THESIS", "TITLES", "as_json", "clock_text", "counting", "show", "table", "tree"]
+__all__ = ["THESIS", "TITLES", "as_json", "clock_text", "counting", "show", "system_table", "table", "tree"]
 
 
 #: Table 2 of the thesis, at 720x576 and 80 disparities. It gives no number of memory blocks.
@@ -84,7 +84,6 @@ def _without_numbers(path: str) -> str:
 
 def table(count: Count, device: Device, title: str, thesis: bool) -> Table:
     """Blocks, total, device and, if ``thesis``, Table 2."""
-    capacity = device.capacity._asdict()
     shown = Table(title=title, title_justify="left")
     shown.add_column("block", no_wrap=True, overflow="fold")
     for figure in FIGURES:
@@ -92,17 +91,44 @@ def table(count: Count, device: Device, title: str, thesis: bool) -> Table:
     for path, (number, figures) in tree(count.blocks).items():
         name = "  " * path.count(".") + path.rpartition(".")[2] + (f" ({number})" if number > 1 else "")
         shown.add_row(name, *(f"{value:,}" for value in figures))
-    shown.add_section()
-    total = count.total._asdict()
-    shown.add_row("total", *(f"{total[figure]:,}" for figure in FIGURES), style="bold")
-    shown.add_row(device.name, *(f"{capacity[figure]:,}" for figure in FIGURES))
-    shown.add_row("used", *(f"{100 * total[figure] / capacity[figure]:.1f} %" for figure in FIGURES))
+    _add_device(shown, count.total, device)
     if thesis:
+        total = count.total._asdict()
         known = {figure: f"{value:,}" for figure, value in THESIS.items()}
         share = {figure: f"{100 * total[figure] / value:.1f} %" for figure, value in THESIS.items()}
         shown.add_row("thesis, table 2", *(known.get(figure, "-") for figure in FIGURES))
         shown.add_row("of the thesis's", *(share.get(figure, "-") for figure in FIGURES))
     return shown
+
+
+def system_table(count: Count, device: Device, title: str, allowance: Resources) -> Table:
+    """The blocks of the first level, with their shares of the device; ``allowance`` is for what is not in the count."""
+    shown = Table(title=title, title_justify="left")
+    shown.add_column("block", no_wrap=True, overflow="fold")
+    for figure in FIGURES:
+        shown.add_column(TITLES[figure], justify="right")
+        shown.add_column("%", justify="right")
+    rows = {path.rpartition(".")[2]: figures for path, (_, figures) in tree(count.blocks).items() if path.count(".") == 1}
+    top = min(count.blocks, key=len)
+    rows |= {f"{top} itself": count.blocks[top], "DDR2 controller, an allowance": allowance}
+    for name, figures in sorted(rows.items(), key=lambda row: -row[1].logic_elements):
+        shown.add_row(name, *_with_shares(figures, device))
+    total = _add([count.total, allowance])
+    shown.add_section()
+    shown.add_row("total", *_with_shares(total, device), style="bold")
+    shown.add_row(device.name, *(cell for value in device.capacity for cell in (f"{value:,}", "")))
+    return shown
+
+
+def _with_shares(figures: Resources, device: Device) -> list[str]:
+    return [cell for value, capacity in zip(figures, device.capacity) for cell in (f"{value:,}", f"{100 * value / capacity:.1f}")]
+
+
+def _add_device(shown: Table, total: Resources, device: Device) -> None:
+    shown.add_section()
+    shown.add_row("total", *(f"{value:,}" for value in total), style="bold")
+    shown.add_row(device.name, *(f"{value:,}" for value in device.capacity))
+    shown.add_row("used", *(f"{100 * value / capacity:.1f} %" for value, capacity in zip(total, device.capacity)))
 
 
 def clock_text(clock: Clock) -> str:

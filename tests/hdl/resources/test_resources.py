@@ -13,12 +13,13 @@ from amaranth.lib.memory import Memory
 from amaranth.lib.wiring import In, Out
 
 from hdl.netlist import Cell, Netlist
+from hdl.parts.queue import AsyncQueue
 from hdl.resources import __main__ as command
 from hdl.resources.clock import Clock
 from hdl.resources.count import FIGURES, Count, Resources, count
 from hdl.resources.devices import DEFAULT_DEVICE, DEVICES
 from hdl.resources.mapping import Mapped, map_cyclone3
-from hdl.resources.report import as_json, counting, table, tree
+from hdl.resources.report import as_json, counting, system_table, table, tree
 
 
 DEVICE = DEVICES[DEFAULT_DEVICE]
@@ -233,6 +234,13 @@ def test_memory(depth, width, blocks):
     assert (total.logic_elements == 0) == (depth <= 8192)
 
 
+def test_memory_between_two_clocks():
+    """Its output register is that of the block."""
+    queue = count(map_cyclone3(AsyncQueue(32, 64, i_domain="camera"), "queue"))
+    assert (queue.total.m9k, queue.total.memory_bits, queue.kinds["registers_in_blocks"]) == (1, 2048, 32)
+    assert queue.total.logic_elements < 150
+
+
 def test_rom():
     assert memory(128, 16, init=range(1000, 1128)).total.m9k == 1
 
@@ -340,6 +348,16 @@ def test_table_shows_the_thesis_at_its_size(thesis):
     assert ("thesis, table 2" in rows) == thesis
 
 
+def test_system_table():
+    """Blocks of the first level with their shares; what they hold is in them; the allowance is in the total."""
+    count = Count({"system": Resources(10, 0, 0, 0), "system.a": Resources(100, 20, 3, 4), "system.a.b": Resources(1, 2, 3, 4)})
+    shown = system_table(count, DEVICE, "title", Resources(1000, 0, 2, 0))
+    names, elements, shares = (list(shown.columns[number].cells) for number in range(3))
+    assert names[:4] == ["DDR2 controller, an allowance", "a", "system itself", "total"]
+    assert elements[:4] == ["1,000", "101", "10", "1,111"] and shares[3] == f"{100 * 1111 / 119088:.1f}"
+    assert list(shown.columns[5].cells)[:4] == ["2", "6", "0", "8"]
+
+
 def test_command_line(tmp_path, capsys):
     file = tmp_path / "count.json"
     assert command.main(["--device", DEVICE.name, "--width", "16", "--disparities", "2", "--fraction-bits", "2", "--json", str(file)]) == 0
@@ -357,6 +375,8 @@ def test_command_line(tmp_path, capsys):
     (["--device", "spartan"], "there is no device 'spartan'; choose one of: EP3C120F780C7"),
     (["--arithmetic", "float"], "--arithmetic float has no gateware; choose thesis or linear"),
     (["--arithmetic", "float", "--method", "fused"], "--arithmetic float has no gateware; choose linear"),
+    (["--system", "--clock"], "leave --clock or --system out"),
+    (["--system", "--width", "640"], "send pictures of 720x576 pixels, not 640x576; leave --width and --height out"),
     (["--width", "0"], "--width must be a whole number from 1 to 4096, not 0; choose a value in that range"),
     (["--disparities", "1"], "not 1; choose a value in that range"),
     (["--json", "count.txt"], "choose one of these for --json"),
