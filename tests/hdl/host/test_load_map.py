@@ -323,4 +323,4 @@ def test_gateware(tmp_path, capsys):
     assert rectify(chip, tmp_path, which) == 0
     assert capsys.readouterr().out.endswith(" lines of 34, the right picture moved by -2 lines: maps loaded, map_fault no\n")
     assert chip.maps(1) == [pack(which.left), pack(which.right)] and chip.settings["row_offset"] == -2
-    assert chip.line.cycle == pytest.approx(120 * chip.BIT * chip.requests, rel=0.02)
+    assert chip.line.cycle == pytest.approx(120 * chip.BIT * chip.requests, rel=0.01)
