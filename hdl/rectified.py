@@ -133,7 +133,8 @@ class RectifiedMatcher(wiring.Component):
         return self.latency_lines * rectifier.line_clocks + in_front + self.matcher.latency_clocks
 
     def frame_clocks(self, width: int, height: int) -> int:
-        """Bound of the cycles from one frame's first disparity to the next one's, if neither ``i`` nor ``o`` stalls.
+        """Bound of the cycles from one frame's first disparity to the next one's, if neither ``i`` nor ``o`` stalls, and no line is taken
+        from further below than the rectifier holds lines.
 
         Each line takes as long as in the slower of both. Between two frames the rectifier receives the lines that its maps need, while the
         matcher outputs its last ones.

@@ -10,7 +10,7 @@ from amaranth.sim import Simulator
 from golden.config import FUSED_1, Arithmetic, Engine, MatcherConfig, OnePass, changed
 from golden.matcher.matcher import match
 from golden.pictures.scenes import scene
-from golden.rig.balance import Auto
+from golden.rig.balance import Auto, Fixed
 from golden.rig.config import RigConfig
 from golden.rig.files import Rig
 from golden.rig.maps import map_sum, pack
@@ -129,11 +129,12 @@ def test_behind_frame_timing():
     cycles = camera(pixel_words(left, right), rng=np.random.default_rng(1), gaps=0.5, line_gap=30)
     frame = [dict(zip(signals, cycle)) for cycle in cycles] + [{"frame_valid": 0}] * 900
     reset = [{"reset_n": 0, "disparity_ready": 1}, {}, {}, {"reset_n": 1}, {}, {}, {}, {}]
-    off = {"rectify": 0, "balance": 0, "width": WIDTH, "height": HEIGHT, "in_use": LABELS, **CONFIG.rule.weights._asdict()}
+    fixed = {"rectify": 1, "balance": BalanceMode.FIXED, "fixed_gain": 400, "fixed_offset": -3000, "width": WIDTH, "height": HEIGHT,
+             "in_use": LABELS, **CONFIG.rule.weights._asdict()}
     words = []
 
     async def testbench(ctx):
-        for step in [*reset, *frame, {**off, "apply_settings": 1}, {"rectify": 1, "apply_settings": 0}, *frame]:
+        for step in [*reset, *frame, {**fixed, "apply_settings": 1}, {"rectify": 0, "apply_settings": 0}, *frame]:
             for name, value in step.items():
                 ctx.set(getattr(dut, name), value)
             await ctx.delay(1e-6)
@@ -147,8 +148,9 @@ def test_behind_frame_timing():
     sim = Simulator(dut)
     sim.add_testbench(testbench)
     sim.run()
-    rectified, plain = (match(*each, CONFIG)["disparity"].ravel().tolist() for each in (RIGS[0].rectified(left, right), (left, right)))
-    assert words == rectified + plain and rectified != plain
+    left, right = RIGS[0].rectified(left, right)
+    expected = [match(left, each, CONFIG)["disparity"].ravel().tolist() for each in (right, Fixed(400, -3000).pair(left, right))]
+    assert words == expected[0] + expected[1] and expected[0] != expected[1]
 
 
 def test_a_rig_of_another_size_is_refused():
