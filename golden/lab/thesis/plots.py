@@ -1,7 +1,7 @@
 """Pictures of the pages, as PNG data: panels of pictures, curves, a map of numbers."""
 
 import io
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -54,8 +54,19 @@ def panels(pictures: Sequence[tuple[str, NDArray[Any], int | None]], columns: in
     return _png(figure)
 
 
-def curves(graphs: Sequence[tuple[str, dict[str, tuple[Sequence[float], Sequence[float]]]]], x: str, y: str, columns: int = 2) -> bytes:
-    """Graphs side by side, each a title and its curves by name: x and y."""
+def curves(graphs: Sequence[tuple[str, dict[str, tuple[Sequence[float], Sequence[float]]]]], x: str, y: str, columns: int = 2,
+           dashed: Mapping[str, str] | None = None) -> bytes:
+    """Graphs side by side, each a title and its curves by name: x and y.
+
+    Parameters
+    ----------
+    graphs : sequence of (str, dict)
+    x, y : str
+        What the axes show.
+    columns : int
+    dashed : dict of str to str, or None
+        Curves that are dashed, each in the colour of another one, which stands before it in every graph.
+    """
     from matplotlib.figure import Figure
 
     rows = -(-len(graphs) // columns)
@@ -64,8 +75,11 @@ def curves(graphs: Sequence[tuple[str, dict[str, tuple[Sequence[float], Sequence
     for axes in all_axes.flat[len(graphs):]:
         axes.set_axis_off()
     for axes, (title, lines) in zip(all_axes.flat, graphs, strict=False):
+        colours: dict[str, str] = {}
         for name, (xs, ys) in lines.items():
-            axes.plot(xs, ys, marker=".", label=name)
+            style = {"linestyle": "--", "color": colours[dashed[name]]} if dashed and name in dashed else {}
+            (line,) = axes.plot(xs, ys, marker=".", label=name, **style)
+            colours[name] = line.get_color()
         axes.set_title(title, fontsize=10)
         axes.set(xlabel=x, ylabel=y, ylim=(0, None))
         axes.legend(fontsize=8)

@@ -16,6 +16,7 @@ from ...matcher.matcher import disparities as match
 from ...pictures.dataset import StereoPair
 from ...pictures.metrics import bad_pixels
 from . import choices
+from .cures import balanced, rectified
 from .disturb import distort, disturb, straighten
 
 
@@ -126,8 +127,8 @@ def choice_figures(pair: StereoPair, colours: tuple[NDArray[np.uint8], NDArray[n
     return {"bad": np.array([bad(choices.disparities(*colours, config, choice), pair) for choice in some])}
 
 
-def disturbed(pair: StereoPair, method: str, gain: float, noise: float) -> Result:
-    """Bad pixels of a pair with gain and noise, of :func:`golden.lab.thesis.disturb.disturb`.
+def disturbed(pair: StereoPair, method: str, gain: float, noise: float, cured: bool = False) -> Result:
+    """Bad pixels of a pair with gain and noise, of :func:`golden.lab.thesis.disturb.disturb`; ``cured``: balanced before it is matched.
 
     Returns
     -------
@@ -137,6 +138,8 @@ def disturbed(pair: StereoPair, method: str, gain: float, noise: float) -> Resul
     """
     config = method_config(method, pair.disparities)
     frames = [disturb(pair, gain, noise, seed) for seed in (1, 2)]
+    if cured:
+        frames = [balanced(frame) for frame in frames]
     first, second = (match(frame.left, frame.right, config) for frame in frames)
     flicker = np.array(100 * np.mean(np.abs(first - second) > 1))
     return {"left": frames[0].left, "right": frames[0].right, "labels": first, "bad": np.array(bad(first, pair)), "flicker": flicker}
@@ -148,13 +151,13 @@ def lens_figures(pair: StereoPair, method: str, k: float) -> Result:
     Returns
     -------
     dict
-        ``left``, ``labels``, ``bad``, ``off_line`` of :func:`golden.lab.thesis.disturb.distort`; ``straight``: bad pixels after
-        :func:`golden.lab.thesis.disturb.straighten`, percent.
+        ``left``, ``labels``, ``bad``, ``off_line`` of :func:`golden.lab.thesis.disturb.distort`; ``straight`` and ``rectified``: bad
+        pixels after :func:`golden.lab.thesis.disturb.straighten` and :func:`golden.lab.thesis.cures.rectified`, percent.
     """
     config = method_config(method, pair.disparities)
     seen, off_line = distort(pair, k)
     labels = match(seen.left, seen.right, config)
-    again = straighten(pair, k)
-    straight = bad(match(again.left, again.right, config), pair)
+    straight, again = (np.array(bad(match(cured.left, cured.right, config), pair))
+                       for cured in (straighten(pair, k), rectified(seen, pair, k)))
     return {"left": seen.left, "labels": labels, "bad": np.array(bad(labels, seen)), "off_line": np.array(off_line),
-            "straight": np.array(straight)}
+            "straight": straight, "rectified": again}

@@ -73,11 +73,11 @@ def thesis(data, *arguments):
 def test_pages(data, folder, capsys, monkeypatch):
     assert thesis(data) == 0
     printed = capsys.readouterr()
-    assert printed.err == "" and "12 sections, 11 pictures" in printed.out and "left out" not in printed.out
+    assert printed.err == "" and "12 sections, 12 pictures" in printed.out and "left out" not in printed.out
     page, text = ((folder / "out" / f"thesis.{suffix}").read_text() for suffix in ("html", "md"))
     assert [line[3:].partition(":")[0] for line in text.splitlines() if line.startswith("## ")] == TITLES
     pictures = re.findall(r"\]\((thesis/.*?)\)", text)
-    assert len(pictures) == len(set(pictures)) == 11 and page.count("data:image/png;base64,") == 11
+    assert len(pictures) == len(set(pictures)) == 12 and page.count("data:image/png;base64,") == 12
     for name in pictures:
         assert (folder / "out" / name).read_bytes().startswith(b"\x89PNG")
     assert sorted(path.name for path in (folder / "out" / "thesis").iterdir()) == sorted(name.partition("/")[2] for name in pictures)

@@ -136,6 +136,15 @@ def test_curves_and_heat():
         assert (np.abs(shown.astype(int) - colour) < 8).all(axis=-1).mean() > 0.05
 
 
+def test_dashed_curves():
+    """In the colour of another one, with gaps; the next one has the colour that it would have without."""
+    graph = ("t", {name: ([0, 1], [1 + number, 4 + number]) for number, name in enumerate(("one", "one, cured", "two"))})
+    solid, dashed = ([(np.abs(shown - colour) < 20).all(axis=-1).sum() for colour in ((31, 119, 180), (255, 127, 14), (44, 160, 44))]
+                     for which in (None, {"one, cured": "one"}) for shown in [picture(curves([graph], "x", "y", dashed=which)).astype(int)])
+    assert 1.3 * solid[0] < dashed[0] < 1.9 * solid[0]
+    assert dashed[1] == pytest.approx(solid[2], rel=0.2) and dashed[2] == 0 < solid[2]
+
+
 def test_the_same_numbers_give_the_same_bytes():
     one, two = (curves([("t", {"one": ([0, 1], [0, 5])})], "x", "y") for _ in range(2))
     assert one == two and re.match(rb"\x89PNG", one)

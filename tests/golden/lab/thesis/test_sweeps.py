@@ -8,6 +8,7 @@ import pytest
 from golden.config import FUSED_1, Arithmetic, MatcherConfig, OnePass
 from golden.lab.thesis import sweeps
 from golden.lab.thesis.choices import Choice
+from golden.lab.thesis.cures import balanced, rectified
 from golden.lab.thesis.disturb import distort, disturb, straighten
 from golden.matcher.cost import local_disparity, matching_cost
 from golden.matcher.matcher import disparities
@@ -79,6 +80,12 @@ def test_disturbed(pair):
     np.testing.assert_array_equal(moving["labels"], labels[0])
     assert moving["flicker"] == 100 * np.mean(np.abs(labels[0] - labels[1]) > 1) > 0
     np.testing.assert_array_equal(moving["right"], frames[0].right)
+    cured = sweeps.disturbed(pair, "float", 0.9, 6.0, cured=True)
+    frames = [balanced(frame) for frame in frames]
+    again = [disparities(frame.left, frame.right, sweeps.method_config("float", 8)) for frame in frames]
+    np.testing.assert_array_equal(cured["labels"], again[0])
+    assert cured["flicker"] == 100 * np.mean(np.abs(again[0] - again[1]) > 1) and cured["bad"].tolist() == figures(again[0], pair)
+    np.testing.assert_array_equal(cured["right"], frames[0].right)
 
 
 def test_lens(pair):
@@ -86,8 +93,8 @@ def test_lens(pair):
     seen, off_line = distort(pair, 0.05)
     labels = disparities(seen.left, seen.right, sweeps.method_config("linear", 8))
     assert result["bad"].tolist() == figures(labels, seen) and result["off_line"] == off_line > 0
-    again = straighten(pair, 0.05)
-    assert result["straight"].tolist() == figures(disparities(again.left, again.right, sweeps.method_config("linear", 8)), pair)
+    for name, again in (("straight", straighten(pair, 0.05)), ("rectified", rectified(seen, pair, 0.05))):
+        assert result[name].tolist() == figures(disparities(again.left, again.right, sweeps.method_config("linear", 8)), pair)
 
 
 def test_extension():
