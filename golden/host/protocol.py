@@ -1,11 +1,15 @@
-"""The wire protocol of the registers: six bytes each way with a checksum. Shared by host, gateware, models and tests."""
+"""The wire protocol: six bytes each way with a checksum; a line of a kept picture follows the reply to a block read, with a CRC.
+
+Shared by host, gateware, models and tests.
+"""
 
 import enum
 from dataclasses import dataclass
 
 
-__all__ = ["BAUD", "FRAME_BYTES", "FRAME_SECONDS", "QUIET_SECONDS", "REPLY_SYNC", "REQUEST_SYNC", "Operation", "Reply", "Request",
-           "Status", "check_byte", "decode_reply", "decode_request", "encode_reply", "encode_request", "first_reply"]
+__all__ = ["BAUD", "CRC_BYTES", "FRAME_BYTES", "FRAME_SECONDS", "QUIET_SECONDS", "REPLY_SYNC", "REQUEST_SYNC", "Operation", "Reply",
+           "Request", "Status", "block_bits", "check_byte", "crc", "decode_block", "decode_reply", "decode_request", "encode_block",
+           "encode_reply", "encode_request", "first_reply"]
 
 
 #: Bits a second, 8N1.
@@ -18,6 +22,9 @@ REPLY_SYNC = 0x5A
 #: Bytes of a request and of a reply.
 FRAME_BYTES = 6
 
+#: Bytes of a block's CRC, after its data.
+CRC_BYTES = 2
+
 #: Longest pause within a request, in seconds: 115 times a byte, ten times what a USB adapter may wait between two bytes.
 FRAME_SECONDS = 0.01
 
@@ -27,9 +34,10 @@ QUIET_SECONDS = 0.011
 
 
 class Operation(enum.IntEnum):
-    """Second byte of a request; each is the complement of the other, so that noise does not turn a read into a write."""
+    """Second byte of a request; four bits or more differ between any two, so that noise does not turn one into another."""
     READ = 0x52
     WRITE = 0xAD
+    BLOCK = 0x61
 
 
 class Status(enum.IntEnum):
@@ -40,11 +48,15 @@ class Status(enum.IntEnum):
     READ_ONLY = 3
     OUT_OF_RANGE = 4
     UNKNOWN_OPERATION = 5
+    NOT_KEPT = 6
 
 
 @dataclass(frozen=True)
 class Request:
-    """A request of the host; ``operation`` may be another value than those of :class:`Operation`, ``value`` is ignored in a read."""
+    """A request of the host; ``operation`` may be another value than those of :class:`Operation`, ``value`` is ignored in a read.
+
+    Of a block read, ``address`` is the plane (:class:`golden.video.memory_map.Plane`, the first three), and ``value`` is the line.
+    """
     operation: int
     address: int
     value: int = 0
@@ -52,7 +64,7 @@ class Request:
 
 @dataclass(frozen=True)
 class Reply:
-    """A reply of the chip: ``value`` is the register's, 0 unless ``status`` is ``OK``."""
+    """A reply of the chip: ``value`` is the register's, or the line of a block read; 0 unless ``status`` is ``OK``."""
     status: Status
     address: int
     value: int = 0
@@ -116,3 +128,41 @@ def first_reply(data: bytes) -> Reply | None:
     """
     replies = (decode_reply(data[at:at + FRAME_BYTES]) for at in range(len(data) - FRAME_BYTES + 1))
     return next((reply for reply in replies if reply), None)
+
+
+def crc(data: bytes) -> int:
+    """CRC-16 of CCITT: polynomial 0x1021, from 0xFFFF on, most significant bit first.
+
+    >>> hex(crc(b"123456789"))
+    '0x29b1'
+    """
+    value = 0xFFFF
+    for byte in data:
+        value ^= byte << 8
+        for _ in range(8):
+            value = (value << 1 ^ (0x1021 if value & 0x8000 else 0)) & 0xFFFF
+    return value
+
+
+def encode_block(plane: int, line: int, data: bytes) -> bytes:
+    """What follows the reply to a block read: the line's bytes, and the CRC over plane, line and these bytes.
+
+    >>> encode_block(0, 1, bytes(4)).hex(" ")
+    '00 00 00 00 5b 9f'
+    """
+    return data + crc(bytes([plane, *line.to_bytes(2, "big")]) + data).to_bytes(CRC_BYTES, "big")
+
+
+def decode_block(plane: int, line: int, block: bytes) -> bytes | None:
+    """The data of a block that was asked for; ``None`` if it is not this block."""
+    data = block[:-CRC_BYTES]
+    return data if encode_block(plane, line, data) == block else None
+
+
+def block_bits(data_bytes: int) -> int:
+    """Bits on the line for a block read of so many bytes: request, reply, data and CRC, one after the other, 8N1.
+
+    >>> block_bits(720)
+    7340
+    """
+    return 10 * (2 * FRAME_BYTES + data_bytes + CRC_BYTES)

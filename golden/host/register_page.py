@@ -11,8 +11,11 @@ from ..errors import run_cli
 from ..files import atomic, check_output
 from ..pages import digest, origin
 from ..rig.config import RigConfig
+from ..video.memory_map import MemoryMap
+from .blocks import PLANES, line_bytes
 from .protocol import (
     BAUD,
+    CRC_BYTES,
     FRAME_BYTES,
     FRAME_SECONDS,
     QUIET_SECONDS,
@@ -22,6 +25,7 @@ from .protocol import (
     Reply,
     Request,
     Status,
+    block_bits,
     encode_reply,
     encode_request,
 )
@@ -34,10 +38,11 @@ __all__ = ["main", "page"]
 _STATUS_TEXT = {
     Status.OK: "done",
     Status.BAD_SUM: "the request's bytes do not add up to 0: it had no effect, repeat it",
-    Status.UNKNOWN_ADDRESS: "no register has this address",
+    Status.UNKNOWN_ADDRESS: "no register, or no plane, has this address",
     Status.READ_ONLY: "the register cannot be written",
-    Status.OUT_OF_RANGE: "the value is not within the register's limits: the register is unchanged",
-    Status.UNKNOWN_OPERATION: "neither a read nor a write",
+    Status.OUT_OF_RANGE: "the value is not within the register's limits, and it is unchanged; or there is no such line",
+    Status.UNKNOWN_OPERATION: "neither a read, a write nor a block read",
+    Status.NOT_KEPT: "a block read, and `kept` is 0: set `keep` and wait",
 }
 
 
@@ -51,15 +56,16 @@ def _protocol() -> list[str]:
     return [
         _paragraph(
             f"RS-232, {BAUD} baud, eight data bits, no parity, one stop bit.",
-            f"The host sends a request and the chip a reply, of {FRAME_BYTES} bytes each.",
+            f"The host sends a request and the chip a reply, of {FRAME_BYTES} bytes each; a block follows the reply to a block read.",
             "One request at a time: the next one is sent after the reply."),
         "",
         "| byte | request | reply |",
         "|---|---|---|",
         f"| 0 | sync, `0x{REQUEST_SYNC:02X}` | sync, `0x{REPLY_SYNC:02X}` |",
-        f"| 1 | operation: `0x{Operation.READ:02X}` read, `0x{Operation.WRITE:02X}` write | status, see below |",
-        "| 2 | address | address, as it was received |",
-        "| 3 | value, upper byte; ignored in a read | value, upper byte; 0 unless the status is 0 |",
+        f"| 1 | operation: `0x{Operation.READ:02X}` read, `0x{Operation.WRITE:02X}` write, `0x{Operation.BLOCK:02X}` block read "
+        "| status, see below |",
+        "| 2 | address; of a block read, the plane | address, as it was received |",
+        "| 3 | value, upper byte; ignored in a read; of a block read, the line | value, upper byte; 0 unless the status is 0 |",
         "| 4 | value, lower byte | value, lower byte |",
         "| 5 | sum: makes all six bytes add up to 0 modulo 256 | sum, likewise |",
         "",
@@ -73,6 +79,8 @@ def _protocol() -> list[str]:
             f"For example, `{encode_request(example).hex(' ')}` writes {example.value} to address `0x{example.address:02X}`, and",
             f"`{encode_reply(Reply(Status.OK, example.address, example.value)).hex(' ')}` confirms it."),
         "",
+        *_block(),
+        "",
         "### Noise",
         "",
         _paragraph(
@@ -85,15 +93,62 @@ def _protocol() -> list[str]:
             f"{1000 * FRAME_SECONDS:g} ms is dropped, and so is one with a byte without a stop bit.",
             "Each such event, each skipped byte and each bad sum is counted in `uart_errors`.",
             f"After any noise, a request sent after a pause of {1000 * QUIET_SECONDS:g} ms has a reply:",
-            "the pause covers the time-out, and a reply to noise."),
+            "the pause covers the time-out, and a reply to noise. At other rates the time-out is as many bits.",
+            "While a reply or a block is sent, one byte of the host waits, and further ones are lost and counted:",
+            "they are no request. A host that does not want the rest of a block waits for its end."),
         "",
         "After no reply, or status 1, a host pauses for that long and repeats the request; a write may be repeated.",
     ]
 
 
+#: Rates at which times are stated.
+_BAUDS = (BAUD, 921_600, 3_000_000)
+
+
+def _block() -> list[str]:
+    """Markdown that describes a block read byte by byte."""
+    memory_map = MemoryMap()
+    width, height = memory_map.width, memory_map.height
+    length = line_bytes(width)
+    bits = block_bits(length)
+    example = Request(Operation.BLOCK, 2, 300)
+    return [
+        "### Block read",
+        "",
+        _paragraph(
+            "A block read returns a line of a picture that is kept in memory. Write 1 to `keep`: the next pair that starts is kept,",
+            "as the cameras sent it, with its disparities. Once `kept` is 1, all lines are of that one pair, until `keep` is 0;",
+            "the system runs on meanwhile. The address is the plane,",
+            ", ".join(f"{number} {name}" for number, name in enumerate(PLANES)) + ", and the value is the line, from 0.",
+            "Pixels of the disparities are what the monitor shows: whole disparities less the least one."),
+        "",
+        "After the six bytes of the reply, and only if its status is 0, the chip sends:",
+        "",
+        "| byte | block |",
+        "|---|---|",
+        "| 0 .. `n - 1` | the line's pixels from left to right, a byte each; `n` is `width` rounded up to a multiple of 16 |",
+        "| `n` | CRC, upper byte |",
+        "| `n + 1` | CRC, lower byte |",
+        "",
+        _paragraph(
+            "The CRC is that of CCITT, polynomial `0x1021`, from `0xFFFF` on, most significant bits first, over the plane,",
+            "the line's upper byte, its lower byte, and the `n` bytes.",
+            "If the pair was let go before the last of them was sent, the CRC is inverted,",
+            "and so is wrong. Bytes from `width` on may have any value. Statuses are looked for in the order 2, 4, 6."),
+        "",
+        _paragraph(
+            f"For example, `{encode_request(example).hex(' ')}` reads line {example.value} of the disparities, and",
+            f"`{encode_reply(Reply(Status.OK, example.address, example.value)).hex(' ')}` and {length} + {CRC_BYTES} bytes are the answer.",
+            f"With {width} pixels, request, reply and block take {bits} bits on the line; all {height} lines of a picture take",
+            ", ".join(f"{height * bits / baud:.1f} s at {baud:,} baud" for baud in _BAUDS)
+            + ", and what the host waits between a block and its next request."),
+    ]
+
+
 _SECTIONS = {
     Kind.CONSTANT: ("Constants", "Read-only; here those of a matcher of the default size with the method `fused`."),
-    Kind.SETTING: ("Settings", "Read and written; a new value takes effect at a frame's start, those of `map_side` to `map_high` at once. "
+    Kind.SETTING: ("Settings", "Read and written; a new value takes effect at a frame's start, those of `keep`, and of `map_side` to "
+                   "`map_high`, at once. "
                    "A matcher that was built with a negative `minimum` takes any value from there on, as a two's complement of 16 bits. "
                    + " ".join(
         f"A matcher with the method `{name}` has {', '.join(f'`{setting}`' for setting in MatcherConfig(method=method()).settings)}."

@@ -297,6 +297,8 @@ def register_map(config: MatcherConfig | None = None, height: int = 576, rig: Ri
         *_settings(config),
         setting("show", 0x14, 0, {0: "disparity", 1: "left", 2: "both"}, "which picture the monitor shows"),
         setting("colour", 0x15, 0, {0: "grey", 1: "colour"}, "how disparities are shown"),
+        setting("keep", 0x80, 0, _NO_YES, "whether the next pair is kept in memory, for block reads"),
+        Register("kept", 0x81, Kind.STATUS, 1, "a pair is kept: block reads find both pictures and the disparities", words=_NO_YES),
         setting("hold", 0x16, 0, {0: "live", 1: "frozen"}, "whether the picture on the monitor is frozen"),
         Register("clear_counters", 0x20, Kind.ACTION, 1, "sets all counters to 0", minimum=1),
         Register("restart_setup", 0x21, Kind.ACTION, 1, "repeats the set-up of the video chips", minimum=1),
@@ -317,7 +319,7 @@ def register_map(config: MatcherConfig | None = None, height: int = 576, rig: Ri
 
 
 def answer(registers: RegisterMap, values: Mapping[str, int], frame: bytes) -> tuple[Reply, dict[str, int]]:
-    """The chip's reaction to a request.
+    """The chip's reaction to a request; of a block read :func:`golden.host.blocks.block_answer` has the reply.
 
     Parameters
     ----------
@@ -338,7 +340,7 @@ def answer(registers: RegisterMap, values: Mapping[str, int], frame: bytes) -> t
         return Reply(Status.BAD_SUM, frame[2]), {}
     register = registers.at(request.address)
     status, value, written = Status.OK, request.value, {}
-    if request.operation not in set(Operation):
+    if request.operation not in (Operation.READ, Operation.WRITE):
         status = Status.UNKNOWN_OPERATION
     elif register is None:
         status = Status.UNKNOWN_ADDRESS

@@ -9,6 +9,7 @@ from golden.host.protocol import BAUD, FRAME_BYTES, FRAME_SECONDS, REPLY_SYNC, R
 from golden.host.registers import COUNT_MAX, Kind, Register, RegisterMap
 
 from ..parts.uart import UartReceiver, UartTransmitter
+from .blocks import BlockPort, BlockRead, LineByte, LineRequest
 
 
 __all__ = ["ActionLayout", "RegisterFile", "SerialRegisters", "SettingLayout", "StatusLayout"]
@@ -45,7 +46,7 @@ class StatusLayout(data.StructLayout):
 class RegisterFile(wiring.Component):
     """Answers the host's requests and holds the settings. Protocol and map: docs/registers.md.
 
-    Golden: :func:`golden.host.registers.answer`.
+    Golden: :func:`golden.host.registers.answer`; of a block read :func:`golden.host.blocks.block_answer`, with ``block``.
 
     A request of six bytes begins with a sync byte; bytes before it are skipped. Its value is read, or written, in one cycle: all 16 bits
     are of the same moment. A request is dropped if its next byte is not received within ``timeout`` cycles, or if ``line_error`` tells that
@@ -55,8 +56,8 @@ class RegisterFile(wiring.Component):
     0 by ``clear_counters``.
 
     Timing: a reply begins 3 cycles after the request's last byte was accepted, with the value of the first of these cycles, and is sent a
-    byte a cycle; no byte is accepted until all of it is sent. An action is high in the cycle before the reply begins; a setting changes
-    in the cycle after. There is no combinational path from ``i`` to ``o`` or back.
+    byte a cycle; no byte is accepted until all of it is sent, with its block. An action is high in the cycle before the reply begins; a
+    setting changes in the cycle after. There is no combinational path from ``i`` to ``o`` or back.
 
     Parameters
     ----------
@@ -79,6 +80,8 @@ class RegisterFile(wiring.Component):
         May change in any cycle.
     errors : Out(range(COUNT_MAX + 1))
         Value of ``uart_errors``.
+    block : Out(BlockPort())
+        To the component that carries out block reads.
     """
     def __init__(self, registers: RegisterMap, timeout: int):
         if timeout < 2:
@@ -96,6 +99,7 @@ class RegisterFile(wiring.Component):
             "actions": Out(ActionLayout(registers)),
             "status": In(StatusLayout(registers)),
             "errors": Out(range(COUNT_MAX + 1)),
+            "block": Out(BlockPort()),
         })
 
     def _value(self, register: Register) -> ValueLike:
@@ -152,6 +156,10 @@ class RegisterFile(wiring.Component):
                     elif register.kind is Kind.ACTION:
                         m.d.comb += self.actions[register.name].eq(write)
 
+        block   = self.block
+        follows = Signal()      # a block follows the reply
+        m.d.comb += [block.plane.eq(frame.address), block.line.eq(value)]
+
         silence = Signal(range(self.timeout))
         with m.FSM():
             with m.State("request"):
@@ -184,7 +192,10 @@ class RegisterFile(wiring.Component):
             with m.State("carry out"):
                 status = Signal(Status, init=Status.OK)
                 reading = frame.second == Operation.READ
-                with m.If(~reading & (frame.second != Operation.WRITE)):
+                with m.If(frame.second == Operation.BLOCK):
+                    m.d.comb += [status.eq(block.status), block.start.eq(block.status == Status.OK)]
+                    m.d.sync += follows.eq(block.start)
+                with m.Elif(~reading & (frame.second != Operation.WRITE)):
                     m.d.comb += status.eq(Status.UNKNOWN_OPERATION)
                 with m.Elif(~known):
                     m.d.comb += status.eq(Status.UNKNOWN_ADDRESS)
@@ -216,20 +227,30 @@ class RegisterFile(wiring.Component):
                     with m.If(final):   # `added` is 0 modulo 256, as the sum byte makes it
                         m.d.sync += position.eq(0)
                         m.next = "request"
+                        with m.If(follows):
+                            m.next = "block"
+
+            with m.State("block"):
+                m.d.sync += follows.eq(0)
+                m.d.comb += [self.o.valid.eq(block.byte.valid), self.o.payload.eq(block.byte.p.value), block.byte.ready.eq(self.o.ready)]
+                with m.If(block.byte.valid & block.byte.p.last & self.o.ready):
+                    m.next = "request"
         return m
 
 
 class SerialRegisters(wiring.Component):
-    """The register file with its serial line: receiver, :class:`RegisterFile`, transmitter.
+    """The register file with its serial line: receiver, :class:`RegisterFile`, :class:`hdl.host.blocks.BlockRead`, transmitter.
 
-    Golden: :func:`golden.host.registers.answer`, encoded as in :mod:`golden.host.protocol`.
+    Golden: :func:`golden.host.registers.answer` and :func:`golden.host.blocks.block_answer`, encoded as in :mod:`golden.host.protocol`.
 
-    Timing: a request and its reply take 120 bits, 1.04 ms at 115,200 baud. A byte received while a reply is sent waits in the receiver; a
+    Timing: a request and its reply take 120 bits, 1.04 ms at 115,200 baud, and a block read
+    :func:`golden.host.protocol.block_bits`. A byte received while a reply is sent waits in the receiver; a
     second one is lost and counted.
 
     Parameters
     ----------
     registers : RegisterMap
+        ``width`` and ``height`` determine the lines of block reads; the status ``kept`` tells that they are possible.
     clock_hz, baud : int
         As of :class:`hdl.parts.uart.UartReceiver`.
     frame_seconds : float
@@ -241,16 +262,23 @@ class SerialRegisters(wiring.Component):
         The pins.
     settings, actions, status
         As of :class:`RegisterFile`.
+    line : Out(stream.Signature(LineRequest()))
+        A line of the kept pictures is wanted.
+    byte : In(stream.Signature(LineByte()))
+        Its bytes.
     """
     def __init__(self, registers: RegisterMap, clock_hz: int, baud: int = BAUD, *, frame_seconds: float = FRAME_SECONDS):
         self.receiver = UartReceiver(clock_hz, baud)
         self.register_file = RegisterFile(registers, round(clock_hz * frame_seconds))
+        self.block_read = BlockRead(registers["height"].reset)
         self.transmitter = UartTransmitter(clock_hz, baud)
         members = self.register_file.signature.members
         super().__init__({
             "rx": In(1, init=1),
             "tx": Out(1, init=1),
             **{name: members[name] for name in ("settings", "actions", "status")},
+            "line": Out(stream.Signature(LineRequest())),
+            "byte": In(stream.Signature(LineByte())),
         })
 
     def elaborate(self, platform: object) -> Module:
@@ -258,11 +286,16 @@ class SerialRegisters(wiring.Component):
         m.submodules.receiver = receiver = self.receiver
         m.submodules.register_file = register_file = self.register_file
         m.submodules.transmitter = transmitter = self.transmitter
+        m.submodules.block_read = block_read = self.block_read
         wiring.connect(m, receiver.o, register_file.i)
+        wiring.connect(m, register_file.block, block_read.port)
+        wiring.connect(m, block_read.request, wiring.flipped(self.line))
+        wiring.connect(m, wiring.flipped(self.byte), block_read.i)
         wiring.connect(m, register_file.o, transmitter.i)
         m.d.comb += [
             receiver.rx.eq(self.rx), self.tx.eq(transmitter.tx),
             register_file.line_error.eq(receiver.framing_error | receiver.overrun),
             self.settings.eq(register_file.settings), self.actions.eq(register_file.actions), register_file.status.eq(self.status),
+            block_read.kept.eq(self.status.kept),
         ]
         return m

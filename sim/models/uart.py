@@ -1,11 +1,13 @@
 """The host's end of a serial line: a model that is stepped once a clock, and the chip's registers at its other end in a simulator."""
 
 from collections import deque
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from typing import Any
 
 from amaranth.sim import Simulator
+from numpy.typing import NDArray
 
+from golden.host.blocks import stored_line
 from golden.host.registers import RegisterMap
 from hdl.host.registers import SerialRegisters
 
@@ -154,6 +156,8 @@ class SimulatedChip:
         Status inputs of the chip, by name; may be changed between calls.
     actions : list of str
         Actions that were carried out.
+    planes : sequence of three arrays, shape (H, W), or None
+        Pictures that are kept from a cycle after ``keep`` is set until a cycle after it is not; none if ``None``.
     line : UartHost
     """
     def __init__(self, registers: RegisterMap, *, baud: int = 115_200, bit_cycles: int = 16, frame_seconds: float = 1e-3,
@@ -162,6 +166,7 @@ class SimulatedChip:
         self.dut = system(registers, self.clock_hz, baud, frame_seconds=frame_seconds)
         self.line = UartHost(bit_cycles, mismatch=mismatch, rng=rng)
         self.status: dict[str, int] = {}
+        self.planes: Sequence[NDArray[Any]] | None = None
         self._settings = 0
         self.actions: list[str] = []
         self._simulator = Simulator(self.dut)
@@ -175,12 +180,24 @@ class SimulatedChip:
 
     async def _run(self, ctx: Any) -> None:
         given: dict[str, int] = {}
+        line, byte = self.dut.line, self.dut.byte
+        offered: deque[dict[str, int]] = deque()    # bytes of a line, as of a memory that has it at once
+        ctx.set(line.ready, 1)
         while True:
-            if given != self.status:
-                given = dict(self.status)
+            kept = {"kept": int(self.planes is not None and ctx.get(self.dut.settings.keep))}
+            if given != self.status | kept:
+                given = self.status | kept
                 ctx.set(self.dut.status, given)
             ctx.set(self.dut.rx, self.line.step(ctx.get(self.dut.tx)))
-            await ctx.tick()
+            *_, wanted, request, taken = await ctx.tick().sample(line.valid, line.p, byte.ready)
+            if wanted and self.planes is not None:
+                data = stored_line(self.planes[request.plane][request.line])
+                offered.extend({"value": value, "last": int(number == len(data))} for number, value in enumerate(data, 1))
+            elif taken and offered:
+                offered.popleft()
+            if wanted or taken:
+                ctx.set(byte.valid, bool(offered))
+                ctx.set(byte.p, offered[0] if offered else {})
             self._settings = ctx.get(self.dut.settings.as_value())
             if ctx.get(self.dut.actions.as_value()):
                 self.actions += [name for name in self.dut.actions.shape().members if ctx.get(self.dut.actions[name])]

@@ -73,7 +73,7 @@ def test_request_is_no_reply():
 
 
 def test_unknown_status_is_no_reply():
-    frame = bytes([0x5A, 6, 0, 0, 0, 0x100 - 0x60])
+    frame = bytes([0x5A, 7, 0, 0, 0, 0x100 - 0x61])
     assert sum(frame) % 256 == 0
     assert decode_reply(frame) is None
 
@@ -112,9 +112,9 @@ def test_values_follow_the_configuration():
         256, 4096, 2000, 1, 2, 63, 256]
     assert [registers[name].width for name in ("u1", "in_use", "show", "colour", "pairs")] == [6, 9, 2, 1, 16]
     assert (registers["in_use"].minimum, registers["in_use"].maximum) == (1, 256)
-    assert [register.reset for register in REGISTERS.of(Kind.SETTING)] == [15, 10, 5, 80, 0, 0, 0]
+    assert [register.reset for register in REGISTERS.of(Kind.SETTING)] == [15, 10, 5, 80, 0, 0, 0, 0]
     fused = register_map(MatcherConfig(minimum=7, method=changed(FUSED_1, fill=False)))
-    assert [register.reset for register in fused.of(Kind.SETTING)] == [17, 30, 22, 80, 0, 0, 0, 7, 1, 0, 1]
+    assert [register.reset for register in fused.of(Kind.SETTING)] == [17, 30, 22, 80, 0, 0, 0, 7, 1, 0, 1, 0]
     assert [registers["method"].text(registers["method"].reset), fused["method"].text(fused["method"].reset)] == ["thesis", "fused"]
     assert registers["identity"].reset.to_bytes(2, "big") == b"SG"
 
@@ -122,7 +122,8 @@ def test_values_follow_the_configuration():
 def test_addresses():
     """Addresses are a contract: a change of one needs another version."""
     assert {register.name: register.address for register in REGISTERS if not register.address % 16} == {
-        "identity": 0x00, "u1": 0x10, "clear_counters": 0x20, "decoder_state": 0x30, "display_frames": 0x40, "right_skipped": 0x50}
+        "identity": 0x00, "u1": 0x10, "clear_counters": 0x20, "decoder_state": 0x30, "display_frames": 0x40, "right_skipped": 0x50,
+        "keep": 0x80}
     fused = register_map(MatcherConfig(method=FUSED_1))
     assert [fused[name].address for name in ("u1", "u2", "u3", "in_use", "show", "colour", "hold", "minimum", "check", "fill",
                                              "median")] == list(range(0x10, 0x1B))
@@ -229,8 +230,9 @@ def test_bad_map():
     (Request(Operation.WRITE, 0x20, 0), Reply(Status.OUT_OF_RANGE, 0x20), {}),
     (Request(Operation.WRITE, 0x40, 0), Reply(Status.READ_ONLY, 0x40), {}),
     (Request(Operation.WRITE, 0x00, 1), Reply(Status.READ_ONLY, 0x00), {}),
-    (Request(Operation.READ, 0x80), Reply(Status.UNKNOWN_ADDRESS, 0x80), {}),
-    (Request(Operation.WRITE, 0x80, 1), Reply(Status.UNKNOWN_ADDRESS, 0x80), {}),
+    (Request(Operation.READ, 0x82), Reply(Status.UNKNOWN_ADDRESS, 0x82), {}),
+    (Request(Operation.WRITE, 0x82, 1), Reply(Status.UNKNOWN_ADDRESS, 0x82), {}),
+    (Request(Operation.BLOCK, 0x00, 1), Reply(Status.UNKNOWN_OPERATION, 0x00), {}),
     (Request(0x53, 0x10, 1), Reply(Status.UNKNOWN_OPERATION, 0x10), {}),
     (Request(0x53, 0x80, 1), Reply(Status.UNKNOWN_OPERATION, 0x80), {}),
 ])

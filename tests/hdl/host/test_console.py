@@ -89,7 +89,7 @@ def test_get_and_set_on_the_chip(simulated, capsys):
     simulated.status |= {"pairs": 65535, "left_locked": 1, "decoder_step": 7}
     assert main(["--port", "none", "set", "u1=0x2A", "show=both", "in_use=20", "restart_setup=1"], simulated.connect) == 0
     assert capsys.readouterr().out == "u1 = 42 grey levels a pixel\nshow = both\nin_use = 20 labels\nrestart_setup = 1\n"
-    assert simulated.settings == {"u1": 42, "u2": 10, "u3": 5, "in_use": 20, "show": 2, "colour": 0, "hold": 0}
+    assert simulated.settings == {"u1": 42, "u2": 10, "u3": 5, "in_use": 20, "show": 2, "colour": 0, "hold": 0, "keep": 0}
     assert simulated.actions == ["restart_setup"]
     assert main(["--port", "none", "get", "pairs", "left_locked", "decoder_step", "u1", "width"], simulated.connect) == 0
     assert capsys.readouterr().out == (

@@ -258,7 +258,7 @@ class LoadedRegisters(wiring.Component):
         self.serial = SerialRegisters(*args, **kwargs)
         self.memory = Memory(shape=WORD_BITS, depth=4 * self.WORDS, init=[])
         members = self.serial.signature.members
-        super().__init__({name: members[name] for name in ("rx", "tx", "settings", "actions", "status")})
+        super().__init__({name: members[name] for name in ("rx", "tx", "settings", "actions", "status", "line", "byte")})
 
     def elaborate(self, platform):
         m = Module()
@@ -269,6 +269,8 @@ class LoadedRegisters(wiring.Component):
         m.submodules.control = control = RigControl()
         bank, swapping, clock = Signal(), Signal(), Signal(range(self.PAIR))
         settings, actions = serial.settings, serial.actions
+        wiring.connect(m, serial.line, wiring.flipped(self.line))
+        wiring.connect(m, wiring.flipped(self.byte), serial.byte)
         m.d.sync += clock.eq(Mux(clock == self.PAIR - 1, 0, clock + 1))
         # As the rectifier does: the first pixel is some clocks after the pair's start.
         with m.If(control.stages_swap):
@@ -296,7 +298,7 @@ class SimulatedRig(SimulatedChip):
         registers = register_map(MatcherConfig(labels=20, max_width=16), 16, RigConfig())
         # Without those that are of no use here, for the time of the simulation.
         used = [each for each in registers if each.address < 0x10 or "map" in each.name or each.name in (
-            "rectify", "row_offset", "clear_counters", "uart_errors")]
+            "rectify", "row_offset", "clear_counters", "uart_errors", "keep", "kept")]
         super().__init__(RegisterMap(tuple(used)), bit_cycles=self.BIT, system=LoadedRegisters)
         self.requests = 0
 

@@ -9,6 +9,7 @@ from amaranth.hdl import Shape
 from amaranth.sim import Simulator
 
 from golden.config import FUSED_1, MatcherConfig, changed
+from golden.host.blocks import block_answer
 from golden.host.protocol import (
     FRAME_BYTES,
     REQUEST_SYNC,
@@ -58,8 +59,10 @@ def conversation(data, status):
             continue
         if len(data) - at < FRAME_BYTES:
             break
-        reply, written = answer(REGISTERS, {**values, **settings, "uart_errors": errors}, data[at:at + FRAME_BYTES])
-        given += encode_reply(reply)
+        frame = data[at:at + FRAME_BYTES]
+        reply, written = answer(REGISTERS, {**values, **settings, "uart_errors": errors}, frame)
+        refused = reply.status is Status.UNKNOWN_OPERATION and frame[1] == Operation.BLOCK
+        given += block_answer(None, 1, frame) if refused else encode_reply(reply)
         errors += reply.status is Status.BAD_SUM
         for name, value in written.items():
             if name in settings:
@@ -116,6 +119,8 @@ def every_request():
                 yield Request(Operation.WRITE, register.address, register.encode(value))
         yield Request(Operation.READ, register.address)
         yield Request(0x00, register.address, register.maximum)
+    # A register file without anything that reads blocks.
+    yield Request(Operation.BLOCK, 0, 0)
     for address in (0x07, 0x0F, 0x1B, 0x1F, 0x22, 0x39, 0x53, 0x7F, 0x80, 0x90, 0xFF):
         yield Request(Operation.READ, address)
         yield Request(Operation.WRITE, address, 1)
@@ -201,7 +206,7 @@ def test_reset_values():
 
     async def testbench(ctx):
         assert {name: ctx.get(dut.settings[name]) for name in SettingLayout(REGISTERS).members} == {
-            "u1": 1, "u2": 2, "u3": 3, "in_use": 20, "show": 0, "colour": 0, "hold": 0,
+            "u1": 1, "u2": 2, "u3": 3, "in_use": 20, "show": 0, "colour": 0, "hold": 0, "keep": 0,
             "minimum": -16, "check": 1, "fill": 1, "median": 1,
             "rectify": 1, "balance": 1, "fixed_gain": 256, "fixed_offset": 0, "row_offset": 0, "map_side": 0, "map_address": 0,
             "map_low": 0, "map_middle": 0, "map_high": 0}
