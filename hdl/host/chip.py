@@ -5,7 +5,19 @@ from typing import Protocol
 
 from golden.config import METHODS, MatcherConfig
 from golden.errors import UserError
-from golden.host.protocol import FRAME_BYTES, QUIET_SECONDS, Operation, Reply, Request, Status, encode_request, first_reply
+from golden.host.blocks import PLANES, line_bytes
+from golden.host.protocol import (
+    CRC_BYTES,
+    FRAME_BYTES,
+    QUIET_SECONDS,
+    Operation,
+    Reply,
+    Request,
+    Status,
+    decode_block,
+    encode_request,
+    first_reply,
+)
 from golden.host.registers import IDENTITY, VERSION, RegisterMap, register_map
 from golden.rig.config import RigConfig
 
@@ -118,8 +130,25 @@ class Chip:
                             "use the console that came with the chip's build")
         return register.decode(reply.value)
 
+    def block(self, plane: int, line: int) -> bytes:
+        """A line of a kept picture, its bytes as :func:`golden.host.blocks.stored_line` has them.
+
+        :class:`UserError` if the chip refuses, sends nothing, or sends it garbled each time.
+        """
+        request = Request(Operation.BLOCK, plane, line)
+        reply, data = self._attempt(request, line_bytes(self.registers["width"].reset))
+        if reply.status is not Status.OK:
+            refused = reply.status.name.lower().replace("_", " ")
+            raise UserError(f"the chip refuses to send line {line} of the {PLANES[plane]} picture: {refused}; set keep=1, and try again "
+                            "once kept is yes")
+        return data
+
     def transact(self, request: Request) -> Reply:
         """The chip's reply; :class:`UserError` if there is none, or only garbled ones."""
+        return self._attempt(request)[0]
+
+    def _attempt(self, request: Request, block_bytes: int = 0) -> tuple[Reply, bytes]:
+        """The chip's reply, and the data of the block of so many bytes that follows it if it is ``OK``."""
         problems = []
         for attempt in range(self.ATTEMPTS):
             self._drop(QUIET_SECONDS if attempt else 0)
@@ -131,18 +160,29 @@ class Chip:
             elif reply.status is Status.BAD_SUM:
                 problems.append("bad sum")
             elif reply.address != request.address or (
-                    reply.status is Status.OK and request.operation == Operation.WRITE and reply.value != request.value):
+                    reply.status is Status.OK and request.operation != Operation.READ and reply.value != request.value):
                 problems.append("garbled")
+            elif not block_bytes or reply.status is not Status.OK:
+                return reply, b""
+            elif (data := decode_block(request.address, request.value, self._receive(block_bytes + CRC_BYTES))) is not None:
+                return reply, data
             else:
-                return reply
+                problems.append("garbled block")
         if set(problems) == {"nothing"}:
             raise UserError(f"no answer in {self.ATTEMPTS} attempts of {self._answer_seconds:g} s; check the wires (TX to RX), the board's "
                             "power and --baud, or choose a longer --timeout")
         raise UserError(f"no good answer in {self.ATTEMPTS} attempts ({', '.join(problems)}); check the wires and --baud")
 
+    def _receive(self, count: int) -> bytes:
+        """So many bytes, or fewer if the next one is not received in time."""
+        data = b""
+        while len(data) < count and (more := self._transport.read(min(count - len(data), self.NOISE_BYTES), self._answer_seconds)):
+            data += more
+        return data
+
     def _drop(self, seconds: float) -> None:
-        """Discard bytes until none is received for ``seconds``; gives up after a while."""
-        for _ in range(16):
+        """Discard bytes until none is received for ``seconds``; gives up after a while, but not before a block has ended."""
+        for _ in range(16 + line_bytes(self.registers["width"].reset) // self.NOISE_BYTES):
             if not self._transport.read(self.NOISE_BYTES, seconds):
                 return
 

@@ -1,4 +1,4 @@
-"""`python -m hdl.host.console`: settings, status, counters and maps of a running system, over its serial line."""
+"""`python -m hdl.host.console`: settings, status, counters, maps and pictures of a running system, over its serial line."""
 
 import functools
 import sys
@@ -13,13 +13,17 @@ from rich.table import Table
 
 from golden.cli import Parser
 from golden.errors import UserError, run_cli
+from golden.files import check_output
+from golden.host.blocks import PLANES
 from golden.host.protocol import BAUD
 from golden.host.registers import Kind, Register, RegisterMap, register_map
+from golden.pictures.images import write_picture
 from golden.rig.config import RigConfig
 from golden.rig.files import RIG_NAME, read_rig
 from golden.tables import print_table, whole
 
 from .chip import Chip, SerialPort, Transport
+from .grab import grab, showing
 from .load_map import load_rig
 
 
@@ -98,6 +102,9 @@ def _list() -> None:
     print_table(table)
 
 
+# Of grey pictures, all of whose pixels are kept.
+_SUFFIXES = (".png", ".pgm", ".npy")
+
 # Limits of the numbers on the command line.
 _LIMITS = {"baud": (1, 4_000_000), "timeout": (0.001, 60), "interval": (0, 3600), "count": (1, 10**9)}
 
@@ -107,7 +114,7 @@ def _parser() -> Parser:
     parser.add_argument("--port", metavar="PORT", help="serial port, such as /dev/ttyUSB0 or COM3; for all commands but list")
     parser.add_argument("--baud", type=int, default=BAUD, metavar="BAUD", help="bits a second (default: %(default)s)")
     parser.add_argument("--timeout", type=float, default=0.2, metavar="S", help="longest wait for a reply, seconds (default: %(default)s)")
-    commands = parser.add_subparsers(dest="command", required=True, metavar="get|set|watch|rectify|list")
+    commands = parser.add_subparsers(dest="command", required=True, metavar="get|set|watch|rectify|grab|list")
     get = commands.add_parser("get", help="print registers")
     get.add_argument("names", nargs="+", metavar="NAME")
     assign = commands.add_parser("set", help="write settings and actions; a setting takes effect at a frame's start")
@@ -117,6 +124,10 @@ def _parser() -> Parser:
     watch.add_argument("--count", type=int, metavar="N", help="end after N readings")
     rectify = commands.add_parser("rectify", help="load the maps of both cameras and put them in use")
     rectify.add_argument("rig", type=Path, metavar="DIR", help=f"folder that golden calibrate wrote, or its {RIG_NAME}")
+    picture = commands.add_parser("grab", help="read a picture of the next pair out of the chip's memory, while the system runs")
+    picture.add_argument("plane", choices=PLANES, metavar="|".join(PLANES), help="a camera's picture, or the disparities as the monitor's "
+                         "labels")
+    picture.add_argument("file", type=Path, metavar="FILE", help=f"picture to write: {', '.join(_SUFFIXES)}")
     commands.add_parser("list", help="show all registers; needs no port")
     return parser
 
@@ -132,12 +143,19 @@ def _run(connect: Callable[[str, int], AbstractContextManager[Transport]], argv:
         if value is not None and not least <= value <= greatest:
             raise UserError(f"--{name} must be from {least} to {greatest}, not {value}; choose a value in that range")
     rig = read_rig(options.rig) if options.command == "rectify" else None
+    if options.command == "grab":
+        check_output(options.file, _SUFFIXES, "FILE")
     with connect(options.port, options.baud) as transport:
         chip = Chip(transport, options.timeout)
         if options.command == "get":
             _get(chip, options.names)
         elif options.command == "set":
             _set(chip, options.assignments)
+        elif options.command == "grab":
+            with showing(options.plane) as report:
+                picture = grab(chip, options.plane, report)
+            write_picture(options.file, picture)
+            print(f"{options.file}: {options.plane}, {picture.shape[1]}x{picture.shape[0]} pixels")
         elif rig:
             print(f"{options.rig}: {load_rig(chip, rig)}")
         else:
