@@ -97,7 +97,9 @@ def _protocol() -> list[str]:
             "While a reply or a block is sent, one byte of the host waits, and further ones are lost and counted:",
             "they are no request. A host that does not want the rest of a block waits for its end."),
         "",
-        "After no reply, or status 1, a host pauses for that long and repeats the request; a write may be repeated.",
+        "After no reply, or status 1, a host pauses for that long and repeats the request; a write may be repeated. But what the chip did",
+        "before its reply was lost, it does again: `map_sum` tells whether `map_next` wrote a word twice, and after a second `map_swap`",
+        "the maps are loaded again.",
     ]
 
 

@@ -14,12 +14,13 @@ from golden.errors import UserError
 from golden.files import check_folder, output_folder
 from golden.notes import note
 from golden.pictures.images import read_picture, write_picture
+from golden.rig.files import RIG_NAME
 
 from .chip import Chip
 from .load_map import check_rectifiers, load_rig
 
 
-__all__ = ["PAIRS", "Grab", "Session", "calibrate", "check_calibration"]
+__all__ = ["DEFAULT_PAIRS", "PAIRS", "Grab", "Session", "calibrate", "check_calibration"]
 
 
 #: Good pairs that are taken by default, and how many may be asked for.
@@ -39,10 +40,13 @@ Grab = Callable[[], tuple[Picture, Picture]]
 
 
 def check_calibration(board: str, square: float, output: Path) -> Board:
-    """The board, before anything is taken; :class:`UserError` if it is none, OpenCV is not installed, or the folder cannot be written."""
+    """The board, before anything is taken; :class:`UserError` if it is none, OpenCV is not installed, or the folder cannot be used."""
     result = read_board(board, square)
     opencv()
     check_folder(output)
+    if (output / RIG_NAME).exists():
+        raise UserError(f"{output} has a calibration already, whose pictures would be used again; load it with rectify, or choose another "
+                        "--output")
     return result
 
 

@@ -7,6 +7,8 @@ from collections.abc import Callable, Iterable, Sequence
 from contextlib import AbstractContextManager
 from pathlib import Path
 
+import numpy as np
+from numpy.typing import NDArray
 from rich.console import Console
 from rich.live import Live
 from rich.table import Table
@@ -22,8 +24,9 @@ from golden.rig.config import RigConfig
 from golden.rig.files import RIG_NAME, read_rig
 from golden.tables import print_table, whole
 
+from .calibrate import DEFAULT_PAIRS, PAIRS, calibrate, check_calibration
 from .chip import Chip, SerialPort, Transport
-from .grab import grab, showing
+from .grab import grab, grab_pair, showing
 from .load_map import load_rig
 
 
@@ -102,11 +105,16 @@ def _list() -> None:
     print_table(table)
 
 
+def _pair(chip: Chip) -> tuple[NDArray[np.uint8], NDArray[np.uint8]]:
+    with showing("pair") as report:
+        return grab_pair(chip, report)
+
+
 # Of grey pictures, all of whose pixels are kept.
 _SUFFIXES = (".png", ".pgm", ".npy")
 
 # Limits of the numbers on the command line.
-_LIMITS = {"baud": (1, 4_000_000), "timeout": (0.001, 60), "interval": (0, 3600), "count": (1, 10**9)}
+_LIMITS = {"baud": (1, 4_000_000), "timeout": (0.001, 60), "interval": (0, 3600), "count": (1, 10**9), "pairs": (PAIRS[0], PAIRS[-1])}
 
 
 def _parser() -> Parser:
@@ -114,7 +122,7 @@ def _parser() -> Parser:
     parser.add_argument("--port", metavar="PORT", help="serial port, such as /dev/ttyUSB0 or COM3; for all commands but list")
     parser.add_argument("--baud", type=int, default=BAUD, metavar="BAUD", help="bits a second (default: %(default)s)")
     parser.add_argument("--timeout", type=float, default=0.2, metavar="S", help="longest wait for a reply, seconds (default: %(default)s)")
-    commands = parser.add_subparsers(dest="command", required=True, metavar="get|set|watch|rectify|grab|list")
+    commands = parser.add_subparsers(dest="command", required=True, metavar="get|set|watch|rectify|grab|calibrate|list")
     get = commands.add_parser("get", help="print registers")
     get.add_argument("names", nargs="+", metavar="NAME")
     assign = commands.add_parser("set", help="write settings and actions; a setting takes effect at a frame's start")
@@ -128,6 +136,12 @@ def _parser() -> Parser:
     picture.add_argument("plane", choices=PLANES, metavar="|".join(PLANES), help="a camera's picture, or the disparities as the monitor's "
                          "labels")
     picture.add_argument("file", type=Path, metavar="FILE", help=f"picture to write: {', '.join(_SUFFIXES)}")
+    calibration = commands.add_parser("calibrate", help="take pairs of a chessboard with the cameras, calibrate, and load the maps")
+    calibration.add_argument("--board", required=True, metavar="9x6", help="inner corners of the chessboard")
+    calibration.add_argument("--square", type=float, required=True, metavar="MM", help="side of a square, millimetres")
+    calibration.add_argument("--output", type=Path, required=True, metavar="DIR", help="folder of the pictures and of the results")
+    calibration.add_argument("--pairs", type=int, default=DEFAULT_PAIRS, metavar="N", help=(
+        f"good pairs to be taken, {PAIRS[0]} to {PAIRS[-1]} (default: %(default)s)"))
     commands.add_parser("list", help="show all registers; needs no port")
     return parser
 
@@ -145,6 +159,7 @@ def _run(connect: Callable[[str, int], AbstractContextManager[Transport]], argv:
     rig = read_rig(options.rig) if options.command == "rectify" else None
     if options.command == "grab":
         check_output(options.file, _SUFFIXES, "FILE")
+    board = check_calibration(options.board, options.square, options.output) if options.command == "calibrate" else None
     with connect(options.port, options.baud) as transport:
         chip = Chip(transport, options.timeout)
         if options.command == "get":
@@ -156,6 +171,8 @@ def _run(connect: Callable[[str, int], AbstractContextManager[Transport]], argv:
                 picture = grab(chip, options.plane, report)
             write_picture(options.file, picture)
             print(f"{options.file}: {options.plane}, {picture.shape[1]}x{picture.shape[0]} pixels")
+        elif board:
+            print(f"{options.output}: {calibrate(chip, functools.partial(_pair, chip), board, options.output, options.pairs)}")
         elif rig:
             print(f"{options.rig}: {load_rig(chip, rig)}")
         else:

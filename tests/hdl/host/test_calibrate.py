@@ -15,6 +15,7 @@ from hdl.host import calibrate as module
 from hdl.host import load_map
 from hdl.host.calibrate import DEFAULT_PAIRS, Session, calibrate, check_calibration
 from hdl.host.chip import Chip
+from hdl.host.console import main as console
 from tests.golden.calibrate.boards import BOARD, SIZE, Cameras, opencv
 from tests.kit import calibration_folder
 
@@ -78,6 +79,27 @@ def test_guided(seen, tmp_path, capsys):
     assert json.loads((folder / "report.json").read_text())["without_corners"] == ["right04.png", "left05.png", "right05.png"]
 
 
+def test_command(seen, tmp_path, capsys, monkeypatch):
+    """The command, with its options; what is grabbed is that chip's."""
+    chip, grab = RigChip(*SIZE), grabbing(seen)
+
+    def grab_pair(chip, report):
+        assert isinstance(chip, Chip)
+        report(1, 480)
+        return grab()
+
+    monkeypatch.setattr("hdl.host.console.grab_pair", grab_pair)
+    arguments = ["--port", "none", "calibrate", "--board", "7x5", "--square", "25", "--output", str(tmp_path), "--pairs"]
+    assert console([*arguments, "9"], chip.connect) == 0
+    out, _ = capsys.readouterr()
+    assert "left09.png and right09.png: corners in both, 9 of 9 good pairs" in out and in_use(chip, tmp_path)
+    assert out.splitlines()[-1].startswith(f"{tmp_path}: 320x240 pixels, ")
+    # Once more: before the port is opened.
+    for pairs, message in (("9", "has a calibration already"), ("7", "--pairs must be from 8 to 99, not 7")):
+        assert console([*arguments, pairs], None) == 2
+        assert message in capsys.readouterr().err
+
+
 def test_too_few_and_gone_on_with(seen, tmp_path, capsys):
     chip, folder = RigChip(*SIZE), tmp_path / "rig"
     with pytest.raises(UserError, match="5 good pairs were taken, and 8 are needed to calibrate; run this again to go on"):
@@ -110,12 +132,12 @@ def at(*points):
 def test_regions(tmp_path, monkeypatch):
     """Of 320x240 pixels: columns end at 106.67 and 213.33, lines at 80 and 160; corners may be a little outside of the picture."""
     session = Session(tmp_path, BOARD, SIZE, 8)
-    places(monkeypatch, [at((-0.4, 0), (106, 79)), at((107, 80), (213, 159)), at((214, 160), (320.2, 240.3)), None])
+    places(monkeypatch, [at((320.2, -0.3), (214, 79)), at((-0.4, 240.3), (106, 160)), at((107, 80), (213, 159)), None])
     told = session.take(FLAT, FLAT)
-    assert told.endswith("good pairs\n  left    right\n  # . .   . . .\n  . . .   . # .\n  . . .   . . .")
+    assert told.endswith("good pairs\n  left    right\n  . . #   . . .\n  . . .   . . .\n  . . .   # . .")
     session.take(FLAT, FLAT)
     # Without corners in the right picture, the left one's do not count.
-    assert session.regions() == "  left    right\n  # . .   . . .\n  . . .   . # .\n  . . .   . . ."
+    assert session.regions() == "  left    right\n  . . #   . . .\n  . . .   . . .\n  . . .   # . ."
 
 
 def test_until_all_regions_are_covered(tmp_path, monkeypatch, capsys):
@@ -128,6 +150,18 @@ def test_until_all_regions_are_covered(tmp_path, monkeypatch, capsys):
     assert len(session.found.views) == 9 and session.complete
     out = capsys.readouterr().out
     assert out.count("show the board where the regions are without corners") == 1 and out.endswith("  # # #   # # #\n")
+
+
+def test_covered_by_few_pairs(tmp_path, monkeypatch):
+    """All regions in one pair: not enough before as many as are wanted."""
+    session = Session(tmp_path, BOARD, SIZE, 8)
+    everywhere = at(*((50 + 100 * (n % 3), 40 + 80 * (n // 3)) for n in range(9)))
+    places(monkeypatch, [everywhere + 4 * n for n in range(8) for _ in range(2)])
+    completed = []
+    for _ in range(8):
+        session.take(FLAT, FLAT)
+        completed.append(session.complete)
+    assert completed == [False] * 7 + [True]
 
 
 def test_same_place(tmp_path, monkeypatch):
@@ -148,6 +182,9 @@ def test_refused(tmp_path, monkeypatch):
     opencv()
     with pytest.raises(UserError, match="a file, not a folder; choose another --output"):
         check_calibration("9x6", 25, tmp_path / "file")
+    (tmp_path / "rig.json").touch()
+    with pytest.raises(UserError, match="has a calibration already, whose pictures would be used again; load it with rectify"):
+        check_calibration("9x6", 25, tmp_path)
     assert check_calibration("9x6", 25, tmp_path / "new") == read_board("9x6", 25) and not (tmp_path / "new").exists()
 
 
