@@ -36,7 +36,7 @@ class MemoryMap:
     width, height : int
         Pixels of a line, lines of a picture.
     buffers : int
-        Pictures of each plane: 2, or 3 for a slow matcher, see :func:`golden.video.pairing.buffers_needed`.
+        Pictures of each plane: 2, or 3 for a slow matcher, see :func:`golden.video.pairing.buffers_needed`; and one more to keep a pair.
     """
     width: int = 720
     height: int = 576

@@ -260,7 +260,8 @@ class PicturesModel:
         return result | ({"complete": True} if finished else {})
 
 
-@pytest.mark.parametrize("life, keeps, least", [(2, False, 20000), (1, True, 1000)])
+# Slow: with a kept slot; its buffers are part of the random tests of the whole control.
+@pytest.mark.parametrize("life, keeps, least", [(2, False, 20000), pytest.param(1, True, 1000, marks=pytest.mark.slow)])
 def test_pictures(life, keeps, least):
     dut = PictureSlots(2, life)
     inputs = ["start", "reading", "done", "keep", "held", "display.fetch",
