@@ -69,11 +69,13 @@ touch "$$VENV/.installed"
 endef
 export INSTALL
 
-# Verilator compiles with g++ and is started by a Perl script; cocotb loads Python as a shared library into the simulator.
+# Verilator compiles with g++ and is started by a Perl script; cocotb loads Python as a shared library into the simulator. A board's script
+# for Quartus is Tcl.
 define DEBIAN
 missing() {
     command -v g++ >/dev/null || echo g++
     command -v iverilog >/dev/null || echo iverilog
+    command -v tclsh >/dev/null || echo tcl
     perl -MPod::Usage -e 1 2>/dev/null || echo perl
     if ! command -v "$$PYTHON" >/dev/null; then
         echo python3-venv libpython3-dev

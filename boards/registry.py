@@ -48,10 +48,13 @@ class Project:
         File name to text.
     netlist : dict
         The modules of the same design.
+    clocks_mhz : mapping
+        Frequencies of the clocks that blocks of the vendor generate, by their sources as :func:`hdl.netlist.clock_sources` has them.
     """
     name: str
     files: dict[str, str]
     netlist: dict[str, Netlist]
+    clocks_mhz: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def ports(self) -> dict[str, tuple[str, int]]:
@@ -70,7 +73,7 @@ class Board:
     device : Device
         The FPGA.
     memory_clock_mhz : float
-        Clock of the memory controller's local interface, which is the clock of the matcher.
+        Clock of the memory controller's local interface, which is the clock of the matcher, unless another one is chosen.
     toolchain : str
         The vendor's software that takes the project.
     project : callable
@@ -81,6 +84,8 @@ class Board:
         Makes the component that is on the board, of what :func:`stereo_system` takes.
     about : mapping
         Entries of the manifest that only this board has.
+    memory_clocks_mhz : mapping
+        What ``--memory-clock`` may choose: clock of the memory itself, in MHz, to that of the local interface. Empty without a choice.
     """
     name: str
     device: Device
@@ -90,6 +95,20 @@ class Board:
     check: Callable[[Project], list[str]]
     system: Callable[[MatcherConfig, DisplayFormat, MemoryTiming, RigConfig | None], System] = stereo_system
     about: Mapping[str, Any] = field(default_factory=dict)
+    memory_clocks_mhz: Mapping[int, float] = field(default_factory=dict)
+
+    def local_clock_mhz(self, memory_clock_mhz: int | None) -> float:
+        """Clock of the local interface with the memory at that clock, or as the board has it by default.
+
+        :class:`golden.errors.UserError` if the board does not offer it.
+        """
+        if memory_clock_mhz is None:
+            return self.memory_clock_mhz
+        if memory_clock_mhz not in self.memory_clocks_mhz:
+            offered = " or ".join(map(str, sorted(self.memory_clocks_mhz)))
+            raise UserError(f"the board {self.name} does not run its memory at {memory_clock_mhz} MHz; " +
+                            (f"choose --memory-clock {offered}" if offered else "leave --memory-clock out"))
+        return self.memory_clocks_mhz[memory_clock_mhz]
 
 
 def board_names() -> list[str]:

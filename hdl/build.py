@@ -103,15 +103,15 @@ def _build_core(config: MatcherConfig, height: int, rig: RigConfig | None, frame
     return _Build("matcher", matcher, files, ports_of(component), about)
 
 
-def _build_board(config: MatcherConfig, board: Board, display_name: str, rig: RigConfig | None) -> _Build:
+def _build_board(config: MatcherConfig, board: Board, display_name: str, clock_mhz: float, rig: RigConfig | None) -> _Build:
     display = DISPLAYS[display_name]
-    core = board.system(config, display, MemoryTiming(clock_hz=round(board.memory_clock_mhz * 1e6)), rig)
+    core = board.system(config, display, MemoryTiming.at(round(clock_mhz * 1e6)), rig)
     project = board.project(core, display, config)
     problems = board.check(project)
     if problems:
         raise RuntimeError(f"the project is not sound: {'; '.join(problems)}")
     about = {
-        "device": board.device.name, "display": display_name, "clock_mhz": board.memory_clock_mhz,
+        "device": board.device.name, "display": display_name, "clock_mhz": clock_mhz,
         "pixel_clock_mhz": display.pixel_clock_hz / 1e6, "camera_clock_mhz": PAL.byte_clock_hz / 1e6,
         **board.about, "buffers": core.budget.memory_map.buffers,
         "memory_words_per_second": {"used": round(core.budget.used), "available": round(core.budget.available)},
@@ -126,6 +126,8 @@ def _run(argv: Sequence[str] | None) -> int:
     what.add_argument("--board", metavar="|".join(board_names()), help="the whole system, as a project for this board")
     what.add_argument("--core", action="store_true", help="the bare matcher with its streams, for another design")
     parser.add_argument("--display", metavar="|".join(DISPLAYS), help=f"with --board: the monitor's format (default: {DEFAULT_DISPLAY})")
+    parser.add_argument("--memory-clock", type=int, metavar="MHZ",
+                        help="with --board: clock of the memory, if the board offers several; the matcher has the clock of its controller")
     parser.add_argument("--frame-timing", action="store_true", help="with --core: frame timing signals instead of the stream of pixels")
     parser.add_argument("--output", type=Path, metavar="DIR", help="default: build/core, or build/ and the board's name")
     add_design_options(parser)
@@ -136,6 +138,9 @@ def _run(argv: Sequence[str] | None) -> int:
     config = design_config(options)
     if options.core and options.display is not None:
         raise UserError("--display is the format of the board's monitor, and --core has no monitor; choose --board, or leave --display out")
+    if options.core and options.memory_clock is not None:
+        raise UserError("--memory-clock is that of the board's memory, and --core has none; choose --board, or leave --memory-clock out")
+    clock_mhz = board.local_clock_mhz(options.memory_clock) if board else 0
     if board and options.frame_timing:
         raise UserError("--frame-timing is for the bare matcher, and --board has cameras; choose --core, or leave --frame-timing out")
     if board and (options.width, options.height) != (PAL.width, PAL.height):
@@ -150,7 +155,7 @@ def _run(argv: Sequence[str] | None) -> int:
     check_folder(folder)
 
     with Console(stderr=True).status("writing Verilog"):
-        build = (_build_board(config, board, display, rig) if board else
+        build = (_build_board(config, board, display, clock_mhz, rig) if board else
                  _build_core(config, options.height, rig, options.frame_timing))
     files, matcher = build.files, build.matcher
     needed = round(FRAMES_PER_SECOND * build.frame_clocks(options.width, options.height) / 1e6, 2)
@@ -173,7 +178,7 @@ def _run(argv: Sequence[str] | None) -> int:
         moved = f"; line y + {rig.row_offset} of the right picture is to be sent as its line y" if options.core and rig.row_offset else ""
         print(f"Both pictures are rectified, {rig.lines} lines are held, with {maps}{moved}.")
     if board and build.budget:
-        print(f"The memory controller gives the matcher {board.memory_clock_mhz} MHz; "
+        print(f"The memory controller gives the matcher {clock_mhz:g} MHz; "
               f"frames wait in {build.budget.memory_map.buffers} buffers for each camera.")
         print_table(build.budget.table())
     if board and "README.md" in files:

@@ -8,7 +8,9 @@ from pathlib import Path
 from typing import NamedTuple
 
 
-__all__ = ["Bit", "BlackBox", "Cell", "Netlist", "Pin", "Port", "clock_sources", "read_netlist", "set_attribute"]
+__all__ = [
+    "Bit", "BlackBox", "Cell", "Hierarchy", "InstancePath", "Netlist", "Pin", "Port", "clock_sources", "read_netlist", "set_attribute",
+]
 
 
 #: A bit of a net, by its number within the module; or a constant: ``"0"``, ``"1"``, ``"x"`` or ``"z"``.
@@ -110,7 +112,7 @@ def set_attribute(path: Path, module: str, attribute: str, values: Mapping[str, 
 
 @dataclass(frozen=True)
 class BlackBox:
-    """Description of a kind of cell that has no module, for :func:`clock_sources`.
+    """Description of a kind of cell that has no module, for :class:`Hierarchy`.
 
     ``repeats`` maps an output to the input that it repeats, bit by bit; ``generates`` names the outputs that are clocks, ``clocked`` the
     inputs whose lowest bit must be a clock.
@@ -128,8 +130,12 @@ def _clocks(cell: Cell) -> Iterator[Bit]:
         yield from (bit for bit, enable in zip(cell.connections.get(f"{side}_CLK", ()), reversed(enables)) if enable == "1")
 
 
-def clock_sources(modules: Mapping[str, Netlist], top: str, boxes: Mapping[str, BlackBox]) -> set[str]:
-    """Where the clocks of a design originate.
+#: An instance: (module, name of the instance in the module before), from the top level, which is instance of itself, to the one meant.
+InstancePath = tuple[tuple[str, str], ...]
+
+
+class Hierarchy:
+    """A design with all its instances, and where its clocks originate.
 
     Parameters
     ----------
@@ -139,53 +145,63 @@ def clock_sources(modules: Mapping[str, Netlist], top: str, boxes: Mapping[str, 
         Name of its top-level module.
     boxes : mapping
         Kind of cell to its description.
-
-    Returns
-    -------
-    set of str
-        Bits of the ports of ``top``; ``kind.port`` for a clock that a black box generates; ``? path.net`` for a net that could be traced to
-        neither.
     """
-    sources: set[str] = set()
-    box_drivers = {name: {bit: Pin(cell_name, port, offset) for cell_name, cell in module.cells.items() if cell.kind in boxes
-                          for port in (*boxes[cell.kind].repeats, *boxes[cell.kind].generates)
-                          for offset, bit in enumerate(cell.connections.get(port, ()))} for name, module in modules.items()}
+    def __init__(self, modules: Mapping[str, Netlist], top: str, boxes: Mapping[str, BlackBox]):
+        self.modules = modules
+        self.top = top
+        self.boxes = boxes
+        self._box_drivers = {name: {bit: Pin(cell_name, port, offset) for cell_name, cell in module.cells.items() if cell.kind in boxes
+                                    for port in (*boxes[cell.kind].repeats, *boxes[cell.kind].generates)
+                                    for offset, bit in enumerate(cell.connections.get(port, ()))} for name, module in modules.items()}
 
-    def trace(path: tuple[tuple[str, str], ...], bit: Bit) -> str:
-        """Follow a bit of the module at the end of ``path``, a chain of (module, instance in the module before), to its source."""
-        seen: list[tuple[tuple[tuple[str, str], ...], Bit]] = []
+    @cached_property
+    def instances(self) -> list[InstancePath]:
+        """All instances, the top level first."""
+        found: list[InstancePath] = [((self.top, self.top),)]
+        for path in found:
+            found += [(*path, (cell.kind, name)) for name, cell in self.modules[path[-1][0]].cells.items() if cell.kind in self.modules]
+        return found
+
+    def source(self, path: InstancePath, bit: Bit) -> str:
+        """Where a clock originates, followed from a bit of the instance ``path``.
+
+        A bit of a port of the top level; ``kind.port`` if a black box generates it; ``? path.net`` for a net that could be traced to
+        neither.
+        """
+        seen: list[tuple[InstancePath, Bit]] = []
         while (path, bit) not in seen:
             seen.append((path, bit))
             name, instance = path[-1]
-            module = modules[name]
-            if pin := module.drivers.get(bit) or box_drivers[name].get(bit):
+            module = self.modules[name]
+            if pin := module.drivers.get(bit) or self._box_drivers[name].get(bit):
                 cell = module.cells[pin.cell]
-                if cell.kind in modules:
-                    path, bit = (*path, (cell.kind, pin.cell)), modules[cell.kind].ports[pin.port].bits[pin.offset]
-                elif cell.kind not in boxes:
+                if cell.kind in self.modules:
+                    path, bit = (*path, (cell.kind, pin.cell)), self.modules[cell.kind].ports[pin.port].bits[pin.offset]
+                elif cell.kind not in self.boxes:
                     break
-                elif pin.port in boxes[cell.kind].generates:
+                elif pin.port in self.boxes[cell.kind].generates:
                     return f"{cell.kind}.{pin.port}"
                 else:
-                    bit = cell.connections[boxes[cell.kind].repeats[pin.port]][pin.offset]
+                    bit = cell.connections[self.boxes[cell.kind].repeats[pin.port]][pin.offset]
             elif pin := module.inputs.get(bit):
                 if len(path) == 1:
                     return module.port_bit(pin)
                 path = path[:-1]
-                bit = modules[path[-1][0]].cells[instance].connections[pin.port][pin.offset]
+                bit = self.modules[path[-1][0]].cells[instance].connections[pin.port][pin.offset]
         path, bit = seen[-1]
-        return "? " + ".".join([*(instance for _, instance in path[1:]), modules[path[-1][0]].net_of(bit)])
+        return "? " + ".".join([*(instance for _, instance in path[1:]), self.modules[path[-1][0]].net_of(bit)])
 
-    def visit(path: tuple[tuple[str, str], ...]) -> None:
+
+def clock_sources(modules: Mapping[str, Netlist], top: str, boxes: Mapping[str, BlackBox]) -> set[str]:
+    """Where the clocks of all registers, memories and black boxes originate, as :meth:`Hierarchy.source` tells; parameters as there."""
+    design = Hierarchy(modules, top, boxes)
+    sources: set[str] = set()
+    for path in design.instances:
         clocks: list[Bit] = []
-        for name, cell in modules[path[-1][0]].cells.items():
-            if cell.kind in modules:
-                visit((*path, (cell.kind, name)))
-            elif cell.kind in boxes:
+        for cell in modules[path[-1][0]].cells.values():
+            if cell.kind in boxes:
                 clocks += [cell.connections[port][0] for port in boxes[cell.kind].clocked]
-            else:
+            elif cell.kind not in modules:
                 clocks += _clocks(cell)
-        sources.update(trace(path, bit) for bit in dict.fromkeys(clocks))
-
-    visit(((top, top),))
+        sources.update(design.source(path, bit) for bit in dict.fromkeys(clocks))
     return sources

@@ -1,18 +1,20 @@
 """Checks of an emitted Quartus project: pins, I/O standards, clocks, files."""
 
-import fnmatch
 import re
 from collections import Counter
 from collections.abc import Collection, Mapping
 
-from hdl.netlist import BlackBox, clock_sources
+from hdl.netlist import Hierarchy, Netlist, clock_sources
 
 from ..registry import Project
+from .blocks import BLOCKS, MEMORY_CONTROLLER
+from .crossings import LOOSE, Synchronizer, design_of, synchronizers
 from .platform import BALLS, BANK_VOLTS, CLOCK_BALLS
-from .project import MEMORY_CONTROLLER
+from .sdc import Constraints, read_sdc
+from .synchronizers import ATTRIBUTE, FIRST_STAGE, LATER_STAGE, STAGE
 
 
-__all__ = ["CLOCKS_OF_BLOCKS", "check_project"]
+__all__ = ["check_project"]
 
 
 _LOCATION = re.compile(r"(?m)^set_location_assignment PIN_(\w+) -to (\S+)$")
@@ -20,23 +22,16 @@ _STANDARD = re.compile(r'(?m)^set_instance_assignment -name IO_STANDARD "([^"]+)
 _INSTANCE = re.compile(r"(?m)^set_instance_assignment .*-to (\S+)$")
 _FROM = re.compile(r"(?m)^set_instance_assignment .*-from (\S+) -to ")
 _GLOBAL = re.compile(r"(?m)^set_global_assignment -name (\w+) (.+)$")
-_PATTERNS = re.compile(r"\[get_ports \{([^}]+)\}\]")
 _CLOCK = re.compile(r"(?m)^create_clock .*-period ([\d.]+) \[get_ports \{(\S+)\}\]$")
 
 _HEADER = re.compile(r"(?m)^module (\w+)\(([^)]*)\);")
 
-#: How clocks pass through Altera's blocks.
-CLOCKS_OF_BLOCKS = {
-    "altiobuf_in": BlackBox(repeats={"dataout": "datain"}),
-    "altiobuf_bidir": BlackBox(repeats={"dataout": "dataio"}),
-    "altpll": BlackBox(generates=("clk",), clocked=("inclk",)),
-    MEMORY_CONTROLLER: BlackBox(generates=("phy_clk",), clocked=("pll_ref_clk",)),
-    "altddio_out": BlackBox(clocked=("outclock",)),
-    "altddio_in": BlackBox(clocked=("inclock",)),
-    "altera_std_synchronizer": BlackBox(clocked=("clk",)),
-    "altera_std_synchronizer_bundle": BlackBox(clocked=("clk",)),
-}
+_INSTANCE_OF = re.compile(r"(?m)^  (\w+) (?:#\((?:.|\n  )*?\n  \) )?(\w+) \($")
+_MODULE = re.compile(r"(?ms)^module (\w+)\(.*?^endmodule")
+_STAGE = re.compile(rf'(?m)^  \(\* {ATTRIBUTE} = "([^"]*)" \*\)\n  reg (?:\[\d+:0\] )?({STAGE}\d+) = ')
 
+#: Clock that a block generates to the block's instance.
+_INSTANCES = {"altpll.clk": "display_pll", f"{MEMORY_CONTROLLER}.phy_clk": "ddr2"}
 #: I/O standard to the supply that it needs in its bank, in volts.
 _STANDARD_VOLTS = {"2.5 V": 2.5, "1.8 V": 1.8, "SSTL-18 CLASS I": 1.8}
 
@@ -101,6 +96,56 @@ def _check_header(name: str, verilog: str, ports: Collection[str]) -> list[str]:
     return problems + [f"{name}.v has the port {port}, which is not in the design" for port in sorted(written - set(ports))]
 
 
+def _check_crossings(chains: Collection[Synchronizer], said: Constraints, clocks_mhz: Mapping[str, float]) -> list[str]:
+    """Whether the paths of Gray pointers are bounded, within a period of the faster of their two clocks."""
+    problems = []
+    for chain in chains:
+        if chain.width > 1 and not chain.is_gray and not chain.path.endswith(LOOSE):
+            problems.append(f"the synchroniser {chain.path} takes {chain.width} bits, and {chain.source} is not a Gray pointer by its "
+                            "name: make it one, or if its bits need not arrive together, call it as one of those that "
+                            f"end in {', '.join(LOOSE)}")
+        if not chain.is_gray:
+            continue
+        if not chain.launch:
+            problems.append(f"the Gray pointer {chain.source} at {chain.path} is not a register of the module around it")
+            continue
+        # A source is a port, whose clock has its name, or an output of a block, whose clocks have names below its instance.
+        sides = [{clock for clock in said.clocks if clock == source or clock.startswith(f"{_INSTANCES.get(source)}|")}
+                 for source in (chain.launch, chain.latch)]
+        least, most = said.bounds(sides[0], sides[1], chain.registers)
+        periods = [1000 / clocks_mhz[source] if source in clocks_mhz else said.clocks.get(source)
+                   for source in (chain.launch, chain.latch)]
+        period = min(period or 0 for period in periods)
+        if least is None or most is None:
+            problems.append(f"the skew of the Gray pointer at {chain.path} is not bounded: give it set_max_delay and set_min_delay, and do "
+                            "not cut its clocks")
+        elif most - least > period:
+            problems.append(f"the Gray pointer at {chain.path} may have a skew of {most - least:.3f} ns, and the faster of its clocks has "
+                            f"a period of {period:.3f} ns")
+    return problems
+
+
+def _check_synchronizers(name: str, chains: Collection[Synchronizer], verilog: str) -> list[str]:
+    """Whether the text has the synchronisers under the names that the constraints use, with the settings that keep their registers."""
+    texts = {match[1]: match[0] for match in _MODULE.finditer(verilog)}
+    instances = {match[2] for match in _INSTANCE_OF.finditer(verilog)}
+    problems = []
+    for chain in chains:
+        stages = {stage: value for value, stage in _STAGE.findall(texts.get(chain.module, ""))}
+        if missing := [part for part in chain.path.split("|") if part not in instances]:
+            problems.append(f"{name}.v has no instance {missing[0]}, which leads to the synchroniser {chain.path}")
+        elif stages.pop(f"{STAGE}0", "") != FIRST_STAGE or not stages or {*stages.values()} != {LATER_STAGE}:
+            problems.append(f"the synchroniser {chain.path} lacks the {ATTRIBUTE} of its registers in {name}.v")
+    return problems
+
+
+def _check_blocks(netlist: Mapping[str, Netlist]) -> list[str]:
+    """Whether all foreign modules are among those that Quartus has."""
+    kinds = {cell.kind for module in netlist.values() for cell in module.cells.values()}
+    return [f"the module {kind} is neither in the design nor one of Altera's blocks {', '.join(BLOCKS)}"
+            for kind in sorted(kinds) if kind[0] != "$" and kind not in netlist and kind not in BLOCKS]
+
+
 def check_project(project: Project, *, balls: Mapping[str, int] = BALLS, bank_volts: Mapping[int, float] = BANK_VOLTS,
                   clock_balls: Collection[str] = CLOCK_BALLS) -> list[str]:
     """Problems of a Quartus project.
@@ -108,7 +153,9 @@ def check_project(project: Project, *, balls: Mapping[str, int] = BALLS, bank_vo
     - Every bit of every port has one pin and one I/O standard, and nothing else has an assignment.
     - No pin is used twice; each is known, and the supply of its bank suits the standard.
     - Every clock is that of a pin that reaches the clock network and has a ``create_clock``, or of a PLL, with ``derive_pll_clocks``.
-    - Ports that the constraints name exist; so do the files that the settings name, except the ``.qip``, which the user generates.
+    - Every filter of the constraints finds something at the place where it stands, and every Gray pointer has bounds within a period.
+    - The text has the settings of the synchronisers, and no module is foreign but Altera's blocks.
+    - The files that the settings name exist, except the ``.qip``, which the user generates.
 
     Parameters
     ----------
@@ -130,13 +177,15 @@ def check_project(project: Project, *, balls: Mapping[str, int] = BALLS, bank_vo
     settings, constraints = files[f"{name}.qsf"], files[f"{name}.sdc"]
     problems = _check_header(name, files[f"{name}.v"], ports)
     problems += _check_pins(_bits(ports), settings, balls, bank_volts)
-    problems += _check_clocks(clock_sources(project.netlist, name, CLOCKS_OF_BLOCKS), settings, constraints, clock_balls)
+    problems += _check_clocks(clock_sources(project.netlist, name, BLOCKS), settings, constraints, clock_balls)
 
-    bits = {*ports, *_bits(ports)}
-    for pattern in dict.fromkeys(" ".join(_PATTERNS.findall(constraints)).split()):
-        # Brackets are literal; only the asterisk is a wildcard.
-        if not fnmatch.filter(bits, pattern.replace("[", "[[]")):
-            problems.append(f"{name}.sdc constrains {pattern}, which is no port")
+    design = Hierarchy(project.netlist, name, BLOCKS)
+    said = read_sdc(constraints, design_of(design, _bits(ports), MEMORY_CONTROLLER))
+    problems += [f"{name}.sdc, {problem}" for problem in said.problems]
+    chains = synchronizers(design)
+    problems += _check_crossings(chains, said, project.clocks_mhz)
+    problems += _check_synchronizers(name, chains, files[f"{name}.v"])
+    problems += _check_blocks(project.netlist)
     assigned = _GLOBAL.findall(settings)
     named = {key: value for key, value in assigned}
     problems += [f"{name}.qsf names the file {value}, which does not exist" for key, value in assigned

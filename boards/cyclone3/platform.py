@@ -11,13 +11,19 @@ from collections.abc import Iterator
 from importlib import resources
 from typing import Any
 
+from amaranth import Module
 from amaranth.build import Attrs, Clock, Connector, Pins, PinsN, Resource, Subsignal
 from amaranth.build.run import BuildPlan
 from amaranth.hdl import Fragment
+from amaranth.lib.cdc import AsyncFFSynchronizer, FFSynchronizer
 from amaranth.vendor import AlteraPlatform
 
+from .synchronizers import async_ff_synchronizer, ff_synchronizer
 
-__all__ = ["BALLS", "BANK_VOLTS", "CLOCK_BALLS", "DEVICE", "FAMILY", "MEMORY_CLOCK_MHZ", "OSCILLATOR_HZ", "Cyclone3Platform"]
+
+__all__ = [
+    "BALLS", "BANK_VOLTS", "CLOCK_BALLS", "DEVICE", "FAMILY", "LOCAL_CLOCKS_MHZ", "MEMORY_CLOCK_MHZ", "OSCILLATOR_HZ", "Cyclone3Platform",
+]
 
 
 FAMILY = "Cyclone III"
@@ -25,8 +31,10 @@ DEVICE = "EP3C120F780C7"
 
 OSCILLATOR_HZ = 50_000_000
 
-#: Clock of the memory controller's local interface, half of the memory's clock. The device allows 83 MHz.
-MEMORY_CLOCK_MHZ = 75
+#: Clocks that the memory can run at, to that of the controller's local interface: half of it, for which the device allows 83 MHz.
+LOCAL_CLOCKS_MHZ: dict[int, float] = {125: 62.5, 150: 75}
+#: Which of them the memory has, unless another one is chosen.
+MEMORY_CLOCK_MHZ = 150
 
 with resources.files(__package__).joinpath("pins.csv").open(encoding="utf-8") as _file:
     _PINS = {row["signal"]: row for row in csv.DictReader(line for line in _file if not line.startswith("#"))}
@@ -170,7 +178,17 @@ class Cyclone3Platform(AlteraPlatform):
         'set_global_assignment -name RESERVE_ALL_UNUSED_PINS_WEAK_PULLUP "AS INPUT TRI-STATED WITH WEAK PULL-UP"',
         # As in the projects of the kit: there is no other device in the configuration chain.
         'set_global_assignment -name CYCLONEII_RESERVE_NCEO_AFTER_CONFIGURATION "USE AS REGULAR IO"',
+        # The device has room for logic, and the matcher needs its clock. For this family the setting has the name of Cyclone II.
+        "set_global_assignment -name CYCLONEII_OPTIMIZATION_TECHNIQUE SPEED",
+        # Delays stay in registers, as hdl.resources counts them: in memory they would take blocks that the pictures' lines need.
+        "set_global_assignment -name AUTO_SHIFT_REGISTER_RECOGNITION OFF",
     )
+
+    def get_ff_sync(self, ff_sync: FFSynchronizer) -> Module:
+        return ff_synchronizer(ff_sync)
+
+    def get_async_ff_sync(self, async_ff_sync: AsyncFFSynchronizer) -> Module:
+        return async_ff_synchronizer(async_ff_sync)
 
     def toolchain_prepare(self, fragment: Fragment, name: str, *, add_settings: str = "", **kwargs: Any) -> BuildPlan:
         with _no_overrides():

@@ -3,6 +3,7 @@
 import math
 from dataclasses import dataclass, field
 from fractions import Fraction
+from typing import ClassVar
 
 from rich.table import Table
 
@@ -58,6 +59,13 @@ class MemoryTiming:
     refresh_ns: int = 7800
     latency_clocks: int = 30
     stall_clocks: int = 7500
+
+    STALL_SECONDS: ClassVar[float] = 100e-6
+
+    @classmethod
+    def at(cls, clock_hz: int) -> "MemoryTiming":
+        """The memory with another clock of its local interface: the longest stall is the same time."""
+        return cls(clock_hz=clock_hz, stall_clocks=round(clock_hz * cls.STALL_SECONDS))
 
     def __post_init__(self) -> None:
         if self.clock_hz < 1:

@@ -8,7 +8,7 @@ from amaranth.lib import wiring
 from boards.cyclone3.project import quartus_project
 from boards.registry import Project
 from golden.config import MatcherConfig
-from golden.video.bandwidth import Budget
+from golden.video.bandwidth import Budget, MemoryTiming
 from golden.video.formats import DISPLAYS
 from hdl.matcher.matcher import Matcher
 from hdl.parts.queue import AsyncQueue
@@ -27,9 +27,9 @@ class BoardCore(wiring.Component):
     - LEDs 0..3 show the levels of those lines, 4 ``uart_rx``, 5 ``rdata_valid``, 6 ``ready``, 7 ``init_done``;
     - ``uart_tx`` is ``uart_rx``; the decoder's reset ends 1 cycle after that of ``sync``, its power-down 2 cycles after.
     """
-    def __init__(self, config: MatcherConfig):
+    def __init__(self, config: MatcherConfig, timing: MemoryTiming | None = None):
         self.matcher = Matcher(config)
-        self.budget = Budget()
+        self.budget = Budget(timing=timing or MemoryTiming())
         super().__init__(SystemPorts())
 
     def elaborate(self, platform: object) -> Module:
@@ -63,7 +63,7 @@ class BoardCore(wiring.Component):
 
 
 @cache
-def board_project(display: str) -> Project:
-    """The board's project with the stand-in on it; ``display`` by its name."""
+def board_project(display: str, local_clock_hz: int = 75_000_000) -> Project:
+    """The board's project with the stand-in on it; ``display`` by its name, the clock of the memory controller's local interface."""
     config = MatcherConfig(labels=4, max_width=8)
-    return quartus_project(BoardCore(config), DISPLAYS[display], config)
+    return quartus_project(BoardCore(config, MemoryTiming.at(local_clock_hz)), DISPLAYS[display], config)

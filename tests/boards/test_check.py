@@ -34,17 +34,42 @@ VIOLATIONS = {
     "standard of another supply": ("qsf", r'"2.5 V" -to dvi_0__de__io', '"1.8 V" -to dvi_0__de__io',
                                    ["dvi_0__de__io .*'1.8 V', but its pin K3 is in bank 1, which is supplied with 2.5 V"]),
     "standard that is none": ("qsf", r'"2.5 V" -to dvi_0__de__io', '"LVDS" -to dvi_0__de__io', ["dvi_0__de__io .*'LVDS', which is not"]),
-    "clock without constraint": ("sdc", r"create_clock -name camera_1.*\n", "", ["the clock at camera_1__clk__io is not constrained"]),
+    # Nine filters find nothing, and two Gray pointers have no clock.
+    "clock without constraint": ("sdc", r"create_clock -name camera_1.*\n", "", [
+        "^the clock at camera_1__clk__io is not constrained$", *[r"line \d+: no clock camera_1__clk__io has been created by"] * 9,
+        *["^the skew of the Gray pointer at core.right_camera_queue.* is not bounded"] * 2]),
     "oscillator without constraint": ("sdc", r"create_clock -name clk50.*\n", "", ["the clock at clk50_0__io is not constrained"]),
     "clock twice": ("sdc", r"create_clock -name camera_1.*\n", r"\g<0>\g<0>", ["camera_1__clk__io has 2 clocks"]),
     "clock that clocks nothing": ("sdc", r"\A", "create_clock -name u -period 9 [get_ports {uart_0__rx__io}]\n",
                                   ["a clock is created at uart_0__rx__io, which clocks nothing"]),
-    "clocks of the PLLs": ("sdc", r"derive_pll_clocks\n", "# derive_pll_clocks_no\n",
-                           ["the clock altpll.clk is not constrained: derive_pll_clocks", "the clock stereo_ddr2.phy_clk is not"]),
     "clock off the clock network": ("qsf", r"(PIN_)(Y28)( -to camera_0__clk__io\n[^\0]*?PIN_)(AC28)( -to camera_0__data__io\[0\])",
                                     r"\1\4\3\2\5", ["the clock at camera_0__clk__io enters at AC28, which does not reach"]),
     "constraint on no port": ("sdc", r"\[get_ports \{dvi_0__red__io\[\*\] ", "[get_ports {dvi_0__reds__io[*] ",
-                              [r"stereo.sdc constrains dvi_0__reds__io\[\*\], which is no port"]),
+                              [r"^stereo.sdc, line \d+: no port dvi_0__reds__io\[\*\] is in the design$"]),
+    "generated clock too late": ("sdc", r"(create_generated_clock .*\n)([^\0]*)(?=# DVI)", r"\2\1",
+                                 ["^stereo.sdc, line 1[0-9]: no clock dvi_clock has been created by then$"]),
+    "clock of another name": ("sdc", r"(set_clock_groups[^#]*?)camera_1__clk__io", r"\1camera_1__clock",
+                              ["^stereo.sdc, line 1[0-9]: no clock camera_1__clock has been created by then$"]),
+    "register that is none": ("sdc", r"(set_max_delay .*)right_camera_queue\|", r"\1right_queue|",
+                              [r"no register core\|right_queue\|.*stage0\[\*\] is in the design$",
+                               # What is left is the bound of the clocks.
+                               r"Gray pointer at core\|right_camera_queue\|.*consume_cdc may have a skew of 104.444 ns, and "
+                               r"the faster of its clocks has a period of 13.333 ns"]),
+    "pointer without a bound": ("sdc", r"set_min_delay .*left_camera_queue\|.*produce.*\n", "",
+                                [r"Gray pointer at core\|left_camera_queue\|fifo\|unbuffered\|produce_cdc may have a skew of 108.888 ns"]),
+    "pointer with a wide bound": ("sdc", r"8\.888\n\Z|8\.888(?=\nset_min_delay [^\n]*\n\Z)", "8.890",
+                                  [r"right_camera_queue\|.*produce_cdc may have a skew of 13.334 ns, and .* period of 13.333 ns"]),
+    "pointers cut by a false path": ("sdc", r"\Z", "set_false_path -from [get_clocks {camera_0__clk__io}] -to [get_clocks {ddr2|*}]\n",
+                                     [r"Gray pointer at core\|left_camera_queue\|.*produce_cdc is not bounded: give it set_max"]),
+    "pointers cut by clock groups": ("sdc", r"set_clock_groups -asynchronous", r"\g<0> -group [get_clocks {ddr2|*}]",
+                                     [r"Gray pointer at core\|(left|right)_camera_queue.*(consume|produce)_cdc is not bounded"] * 4 +
+                                     [r"skew of the Gray pointer at core\|display_queue.*(consume|produce)_cdc is not bounded"] * 2),
+    "command that is not known": ("sdc", r"\Z", "set_max_skew -to [get_clocks {ddr2|*}] 1\n",
+                                  ["the command 'set_max_skew' is not one that is checked"]),
+    "attribute of a synchroniser": ("v", r" -name PRESERVE_REGISTER ON(?=\")", "",
+                                    [r"the synchroniser \S+ lacks the altera_attribute of its registers in stereo.v"]),
+    "instance of another name": ("v", r" display_queue \(", " display_queue_ (",
+                                 [r"stereo.v has no instance display_queue, which leads to the synchroniser core\|display_queue"] * 3),
     "module": ("v", r"\Amodule stereo\(", "module mono(", ["stereo.v has no module stereo"]),
     "port of the text alone": ("v", r"(\Amodule stereo\()", r"\1spare, ", ["stereo.v has the port spare, which is not in the design"]),
     "port that the text lacks": ("v", r"(\Amodule stereo\([^;]*)rst_0__io, ", r"\1", ["stereo.v lacks the port rst_0__io"]),
@@ -86,3 +111,39 @@ def test_port_that_nobody_expected():
     ports = {**project.netlist["stereo"].ports, "spare": Port("output", [10_000, 10_001])}
     assert check_project(with_top(project, ports=ports)) == [
         "stereo.v lacks the port spare", *(f"spare[{bit}] has no {what}" for what in ("pin", "I/O standard") for bit in (0, 1))]
+
+
+def test_without_the_clocks_of_the_plls():
+    """All that names one of them is told, once for each filter."""
+    project = board_project("720x576")
+    constraints = project.files["stereo.sdc"].replace("\nderive_pll_clocks\n", "\n# derive_pll_clocks_no\n")
+    problems = check_project(replace(project, files={**project.files, "stereo.sdc": constraints}))
+    assert problems[:2] == [f"the clock {clock} is not constrained: derive_pll_clocks is missing"
+                            for clock in ("altpll.clk", "stereo_ddr2.phy_clk")]
+    assert sum("no clock display_pll|* has been created by then" in problem for problem in problems) == 7
+
+
+@pytest.mark.parametrize("kind", ["altera_std_synchronizer_bundle", "lpm_mult"])
+def test_foreign_module(kind):
+    project = board_project("720x576")
+    cells = {**project.netlist["stereo"].cells, "foreign": Cell(kind, {})}
+    assert check_project(with_top(project, cells=cells)) == [
+        f"the module {kind} is neither in the design nor one of Altera's blocks altiobuf_in, altiobuf_out, altiobuf_bidir, altpll, "
+        "stereo_ddr2, altddio_out, altddio_in"]
+
+
+def test_wide_synchroniser_without_a_gray_pointer():
+    """Bits that change together, by the name of their net; the constraints do not know of them either."""
+    project = board_project("720x576")
+    name = "stereo.core.display_queue.fifo.unbuffered"
+    module = project.netlist[name]
+    nets = {net.replace("consume_r_gry", "consume_r_bits"): bits for net, bits in module.nets.items()}
+    problem, = check_project(replace(project, netlist={**project.netlist, name: replace(module, nets=nets)}))
+    assert problem.startswith("the synchroniser core|display_queue|fifo|unbuffered|consume_cdc takes 4 bits, and consume_r_bits is not a ")
+
+
+def test_bits_that_need_not_arrive_together(monkeypatch):
+    monkeypatch.setattr("boards.cyclone3.crossings.GRAY", "_none")
+    assert all("takes 4 bits" in problem for problem in check_project(board_project("720x576")))
+    monkeypatch.setattr("boards.cyclone3.check.LOOSE", ("consume_cdc", "produce_cdc"))
+    assert check_project(board_project("720x576")) == []

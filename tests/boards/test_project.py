@@ -2,6 +2,7 @@ import re
 
 import pytest
 
+from boards.cyclone3.check import check_project
 from golden.video.formats import DISPLAYS
 from sim.models.board_core import board_project
 
@@ -28,11 +29,12 @@ def of_port(settings, name):
 
 
 def test_files(files):
-    assert set(files) == {"stereo.v", "stereo.qpf", "stereo.qsf", "stereo.sdc", "README.md"}
+    assert set(files) == {"stereo.v", "stereo.qpf", "stereo.qsf", "stereo.sdc", "check_ddr2.tcl", "README.md"}
     for text in files.values():
         assert text.endswith("\n") and not text.endswith("\n\n")
-        assert not re.search(r"Amaranth|\{\{|\{%|placeholder", text)
-    assert not re.search(r"\(\*|\.py", files["stereo.v"])
+        assert not re.search(r"Amaranth|\{\{|\{%|placeholder|@[A-Z]+@", text)
+    assert set(re.findall(r"\(\* *(\w+)", files["stereo.v"])) == {"altera_attribute"}
+    assert not re.search(r"\.py", files["stereo.v"])
 
 
 def test_settings(files):
@@ -41,6 +43,8 @@ def test_settings(files):
                  'set_global_assignment -name STRATIX_DEVICE_IO_STANDARD "2.5 V"',
                  'set_global_assignment -name RESERVE_ALL_UNUSED_PINS_WEAK_PULLUP "AS INPUT TRI-STATED WITH WEAK PULL-UP"',
                  "set_global_assignment -name DEVICE EP3C120F780C7", "set_global_assignment -name TOP_LEVEL_ENTITY stereo",
+                 "set_global_assignment -name CYCLONEII_OPTIMIZATION_TECHNIQUE SPEED",
+                 "set_global_assignment -name AUTO_SHIFT_REGISTER_RECOGNITION OFF",
                  "set_global_assignment -name VERILOG_FILE stereo.v", "set_global_assignment -name QIP_FILE stereo_ddr2.qip"):
         assert lines.count(line) == 1
     # The controller's own constraints need the clocks of the pins.
@@ -49,7 +53,7 @@ def test_settings(files):
 
 
 def test_registers_in_the_pins(files):
-    """The emitted text has no attributes: Amaranth's attributes are settings."""
+    """The emitted text has none of their attributes: Amaranth's attributes are settings."""
     settings = files["stereo.qsf"]
     assert set(of_port(settings, "FAST_INPUT_REGISTER")) == {f"camera_{n}__data__io[{bit}]" for n in (0, 1) for bit in range(8)}
     assert set(of_port(settings, "FAST_OUTPUT_REGISTER")) == {
@@ -77,11 +81,13 @@ def test_clocks(files):
     constraints = files["stereo.sdc"]
     clocks = dict(re.findall(r"(?m)^create_clock -name (\S+) -period (\S+) ", constraints))
     assert clocks == {"clk50_0__io": "20.000", "camera_0__clk__io": "37.037", "camera_1__clk__io": "37.037"}
-    # Clocks first, then derived clocks, then the constraints that name them.
+    # All clocks are created before the first constraint that names one.
     commands = [line.split()[0] for line in constraints.splitlines() if line and line[0] not in "# "]
-    assert [command for command in dict.fromkeys(commands)][:3] == ["create_clock", "derive_pll_clocks", "derive_clock_uncertainty"]
+    assert [command for command in dict.fromkeys(commands)][:5] == [
+        "create_clock", "derive_pll_clocks", "derive_clock_uncertainty", "create_generated_clock", "set_clock_groups"]
+    assert not {"create_clock", "create_generated_clock"} & set(commands[commands.index("set_clock_groups"):])
     groups = re.findall(r"-group \[get_clocks \{([^}]+)\}\]", constraints)
-    assert groups == ["ddr2|*", "display_pll|* dvi_clock", "camera_0__clk__io", "camera_1__clk__io"]
+    assert groups == ["display_pll|* dvi_clock", "camera_0__clk__io", "camera_1__clk__io"]
 
 
 def test_delays_at_the_pins(files):
@@ -103,11 +109,25 @@ def test_names_of_the_blocks_that_constraints_name(files, top):
 
 
 def test_registers_that_the_readme_names(files):
-    """Gray pointers of the asynchronous FIFOs: their names are Amaranth's."""
-    names = re.findall(r"get_registers \*(\w+)\*|`\*(\w+)\*`", files["README.md"])
-    assert len(names) == 2
-    for name in map("".join, names):
-        assert len(re.findall(rf"(?m)^  reg \[\d+:0\] {name} = ", files["stereo.v"])) == 3
+    """The first registers of the Gray pointers: all that the constraints bound, and no other but single bits."""
+    level, register = re.search(r"get_registers -compatibility_mode \{\*(\w+)\|(\w+)\[\*\]\}", files["README.md"]).groups()
+    bounded = re.findall(r"get_registers \{(.*)\|(\w+)\[\*\]\}", files["stereo.sdc"])
+    assert len(bounded) == 2 * 6
+    assert all(path.endswith(level) and name == register for path, name in bounded)
+    wide = re.findall(rf"(?ms)^module (\w+{level})\((?:(?!endmodule).)*reg \[\d+:0\] {register} =", files["stereo.v"])
+    assert sorted(wide) == sorted({f"stereo_{path.replace('|', '_')}" for path, _ in bounded})
+
+
+def test_memory_clock_of_125_mhz():
+    """All that names a frequency follows; the FIFOs' windows are those of the pixel clock of 65 MHz, now the faster one."""
+    slow, fast = (board_project("1024x768", hertz).files for hertz in (62_500_000, 75_000_000))
+    assert "| memory clock | 125 MHz |" in re.sub(r"(?m)^\| \| ", "| ", slow["README.md"])
+    assert "62.5 MHz at `ddr2`" in slow["README.md"]
+    assert "75 MHz" not in slow["README.md"] and "150 MHz" not in slow["README.md"]
+    bounds = [{float(value) for value in re.findall(r"stage0\[\*\]\}\] (\S+)", files["stereo.sdc"])} for files in (slow, fast)]
+    # Thirds of 15.385 ns and of 16 ns; of 13.333 ns.
+    assert bounds == [{10.256, -5.128, 10.666, -5.333}, {8.888, -4.444}]
+    assert check_project(board_project("1024x768", 62_500_000)) == []
 
 
 def test_every_port_is_constrained(files, display):

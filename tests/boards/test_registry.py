@@ -70,6 +70,15 @@ def test_module_without_its_board(wrong, monkeypatch):
         find_board("cyclone3")
 
 
+def test_memory_clocks():
+    """The local interface of this board's controller has half of the memory's clock."""
+    assert [BOARD.local_clock_mhz(clock) for clock in (None, 125, 150)] == [75, 62.5, 75]
+    with pytest.raises(UserError, match=r"^the board cyclone3 does not run its memory at 133 MHz; choose --memory-clock 125 or 150$"):
+        BOARD.local_clock_mhz(133)
+    with pytest.raises(UserError, match=r"^the board cyclone3 does not run its memory at 150 MHz; leave --memory-clock out$"):
+        replace(BOARD, memory_clocks_mhz={}).local_clock_mhz(150)
+
+
 def test_ports_of_a_project():
     ports = {"b": Port("inout", [2, 3]), "a": Port("input", [4])}
     project = Project("top", {}, {"top": Netlist(ports, {}, {})})

@@ -66,7 +66,7 @@ def folders(tmp_path_factory, given):
 
 
 def test_files(folders):
-    names = {"stereo": {"stereo.v", "stereo.qpf", "stereo.qsf", "stereo.sdc", "README.md"}, "matcher": {"matcher.v"},
+    names = {"stereo": {"stereo.v", "stereo.qpf", "stereo.qsf", "stereo.sdc", "check_ddr2.tcl", "README.md"}, "matcher": {"matcher.v"},
              "framed": {"matcher.v"}}
     for top, folder in folders.items():
         assert {path.name for path in folder.iterdir()} == names[top] | {"manifest.json"}
@@ -147,6 +147,26 @@ def test_default_display(tmp_path, given, capsys):
     assert f"What to do in Quartus: {tmp_path / 'README.md'}" in told
     assert "gives the matcher 75 MHz; frames wait in 2 buffers" in told
     assert re.search(r"all +│ +223\.1 │ +13,943,250 │ +37\.5%", told)
+
+
+def test_memory_clock(tmp_path, capsys, monkeypatch):
+    """Budget, table, manifest, constraints and instructions follow."""
+    made = []
+
+    def stand_in(config, display, timing, rig):
+        made.append(timing)
+        return BoardCore(config, timing)
+
+    monkeypatch.setattr(board, "BOARD", replace(BOARD_AS_IT_IS, system=stand_in))
+    assert main([*BOARD, "--memory-clock", "125", "--output", str(tmp_path)]) == 0
+    assert made == [MemoryTiming.at(62_500_000)]
+    told = manifest(tmp_path)
+    assert told["clock_mhz"] == 62.5
+    assert told["memory_words_per_second"]["available"] < 37_201_592 * 62.5 / 75
+    printed = capsys.readouterr().out
+    assert "gives the matcher 62.5 MHz; frames" in printed and "a second at 62.5 MHz" in printed
+    assert "| memory clock | 125 MHz |" in (tmp_path / "README.md").read_text().replace("| | ", "| ")
+    assert "10.256" in (tmp_path / "stereo.sdc").read_text()
 
 
 def test_a_project_that_is_not_sound_is_not_written(tmp_path, monkeypatch):
@@ -243,6 +263,9 @@ BAD = {
     "unknown display": (["--board", "cyclone3", "--display", "800x600"], "'800x600'.*720x576, 1024x768$"),
     "display in capitals": (["--board", "cyclone3", "--display", "720X576"], "'720X576'"),
     "display of the core": (["--core", "--display", "720x576"], "--display.*--core has no monitor; choose --board"),
+    "memory clock of the core": (["--core", "--memory-clock", "125"], "--memory-clock.*--core has none; choose --board, or leave"),
+    "memory clock that is none": (["--board", "cyclone3", "--memory-clock", "133"], "memory at 133 MHz; choose --memory-clock 125 or 150$"),
+    "memory clock in words": (["--board", "cyclone3", "--memory-clock", "fast"], "--memory-clock.*'fast'"),
     "width on the board": (["--board", "cyclone3", "--width", "640"], "720x576 pixels, not 640x576; leave --width and --height out"),
     "height on the board": (["--board", "cyclone3", "--height", "480"], "720x576 pixels, not 720x480; .*choose --core"),
     "frame timing on the board": (["--board", "cyclone3", "--frame-timing"], "--frame-timing.*--board has cameras; choose --core"),

@@ -73,6 +73,35 @@ def test_no_trace_of_the_source():
     assert verilog_text(Outer(), name="outer") == text
 
 
+class Marked(wiring.Component):
+    """A register with attributes of which one is to be kept, and logic that Yosys writes attributes for."""
+    def __init__(self):
+        super().__init__({"i": In(4), "o": Out(4)})
+
+    def elaborate(self, platform):
+        m = Module()
+        register = Signal(4, attrs={"wanted": "-name A B; -name C D", "unwanted": 1})
+        m.d.sync += register.eq(self.i)
+        with m.Switch(register):
+            for value in range(5):
+                with m.Case(value):
+                    m.d.comb += self.o.eq(value ^ 5)
+            with m.Default():
+                m.d.comb += self.o.eq(self.i)
+        return m
+
+
+def test_attributes_that_are_kept():
+    """By name, in front of what they belong to; the rest of the text is what it is without them."""
+    source = rtlil.convert(Marked(), name="marked", emit_src=False)
+    plain, marked = emit_rtlil(source).verilog, emit_rtlil(source, attributes=("wanted",)).verilog
+    line = '  (* wanted = "-name A B; -name C D" *)\n'
+    assert f"{line}  reg [3:0] register = 4'h0;\n" in marked
+    assert marked.replace(line, "") == plain
+    assert "(*" not in plain and "parallel_case" in plain
+    assert emit_rtlil(source, attributes=("other",)).verilog == plain
+
+
 def test_keyword_as_signal_name():
     text = code(verilog_text(Store([], names=("reg", "a.b")), name="store"))
     assert re.search(r"\breg \[7:0\] reg_ = 8'h00;", text)

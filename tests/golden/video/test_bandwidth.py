@@ -24,6 +24,18 @@ def test_efficiency_by_hand():
     assert Budget().available == pytest.approx(37_201_592)
 
 
+def test_another_clock():
+    """The longest stall stays 100 us; the FIFOs that bridge it hold as many words, or a few more for what else takes longer."""
+    assert MemoryTiming.at(75_000_000) == MemoryTiming()
+    slow = MemoryTiming.at(62_500_000)
+    assert (slow.clock_hz, slow.stall_clocks) == (62_500_000, 6250)
+    budget, fast = Budget(timing=slow), Budget()
+    budget.check()
+    assert budget.available < fast.available * 62.5 / 75
+    assert fast.camera_depth <= budget.camera_depth <= fast.camera_depth + 2
+    assert fast.display_depth <= budget.display_depth <= fast.display_depth + 4
+
+
 def test_demands_by_hand():
     budget = Budget()
     words = {demand.name: demand.words_per_second for demand in budget.demands}
