@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from amaranth.sim import Simulator
 
-from golden.rig.balance import BALANCE_OFF, Auto, Fixed, measure, target
+from golden.rig.balance import BALANCE_OFF, LEAST_DEVIATION, Auto, Fixed, measure, target
 from hdl.rig.balance import Balance, BalanceMode
 from sim.kit.cases import comparable, noise, pixel_words
 from sim.kit.frames import run_frames
@@ -78,10 +78,12 @@ def test_windows(minimum, labels):
 
 
 def test_modes_change():
-    pairs = [darker(12, 6, seed) for seed in range(9)]
-    modes = [AUTO, AUTO, AUTO, OFF, AUTO, AUTO, FIXED, FIXED, OFF]
-    fixed = [(0, 0)] * 6 + [(512, -16384), (128, 16384), (300, 5)]
-    frames = [(pair, settings(pair[0], mode, 0, *values)) for pair, mode, values in zip(pairs, modes, fixed)]
+    """*Auto* begins anew after another mode, also where a frame with that mode was not measured."""
+    modes = [AUTO, AUTO, AUTO, OFF, AUTO, AUTO, AUTO, FIXED, AUTO, FIXED, OFF]
+    pairs = [darker(12, 6, seed, 0.4 + 0.05 * seed) for seed in range(len(modes))]
+    fixed = {7: (512, -16384), 9: (128, 16384), 10: (300, 5)}
+    frames = [(pair, settings(pair[0], mode, 0, *fixed.get(number, (0, 0)))) for number, (pair, mode) in enumerate(zip(pairs, modes))]
+    frames[3][1]["width"] += 1
     check(frames, stall=0.3)
 
 
@@ -90,7 +92,10 @@ def test_no_contrast_is_held():
     flat = np.full((8, 16), 77)
     left, right = darker(16, 8, 1)
     dim = left // 8 + 100
-    pairs = [(left, flat), (left, flat), (left, right), (left, right), (left, 0 * flat), (left, right), (left, dim), (dim, left)]
+    least = flat + np.where(np.arange(16) % 2, 2, -2)
+    assert measure(left, least, 0, 8).right_deviation == LEAST_DEVIATION
+    pairs = [(left, flat), (left, flat), (left, right), (left, right), (left, 0 * flat), (left, right), (left, dim), (dim, left),
+             (left, least), (left, least), (left, right)]
     assert target(measure(left, dim, 0, 8))[0] == 512 and target(measure(dim, left, 0, 8))[0] == 128
     check([(pair, settings(pair[0])) for pair in pairs])
 
