@@ -135,14 +135,8 @@ class RectifiedMatcher(wiring.Component):
     def frame_clocks(self, width: int, height: int) -> int:
         """Bound of the cycles from one frame's first disparity to the next one's, if neither ``i`` nor ``o`` stalls, and no line is taken
         from further below than the rectifier holds lines.
-
-        Each line takes as long as in the slower of both. Between two frames the rectifier receives the lines that its maps need, while the
-        matcher outputs its last ones.
         """
-        of_stages, of_matcher = self.stages.frame_clocks(width, height), self.matcher.frame_clocks(width, height)
-        lines = width + self.stages.rectifier.line_clocks, self.matcher.frame_clocks(width, height + 1) - of_matcher
-        between = of_stages - height * lines[0], of_matcher - height * lines[1]
-        return height * max(lines) + max(between)
+        return self.stages.frame_clocks(width, height, self.matcher.frame_clocks)
 
     def elaborate(self, platform: object) -> Module:
         m = Module()

@@ -1,6 +1,6 @@
 """All that stands between the cameras' pictures and the matcher, with members as registers of 16 bits drive them."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from types import MappingProxyType
 
 from amaranth import *
@@ -112,8 +112,23 @@ class RigStages(wiring.Component):
             "swapping": Out(1), "error": Out(1), "fault": Out(1), "abandoned": Out(8), "map_sum": Out(SUM_BITS),
         })
 
-    def frame_clocks(self, width: int, height: int) -> int:
-        """Bound of the cycles from a frame's first pixel to the next one's, if neither ``i`` nor ``o`` stalls, whatever the map."""
+    def frame_clocks(self, width: int, height: int, matcher: Callable[[int, int], int] | None = None) -> int:
+        """Bound of the cycles from a frame's first pixel to the next one's, if neither ``i`` nor what is behind ``o`` stalls, and no line
+        is taken from further below than the rectifier holds lines.
+
+        Parameters
+        ----------
+        width, height : int
+            Pixels.
+        matcher : function
+            The same bound of a matcher behind the stages. Each line then takes as long as in the slower of both, and between two frames
+            the rectifier receives the lines that its maps need, while the matcher outputs its last ones.
+        """
+        if matcher:
+            of_stages, of_matcher = self.frame_clocks(width, height), matcher(width, height)
+            of_line = width + self.rectifier.line_clocks, matcher(width, height + 1) - of_matcher
+            between = of_stages - height * of_line[0], of_matcher - height * of_line[1]
+            return height * max(of_line) + max(between)
         lines = height + min(self.rectifier.lines, height)
         return lines * (width + self.rectifier.line_clocks) + self.balancer.frame_clocks + self.balancer.evaluation_clocks
 

@@ -8,6 +8,7 @@ from golden.config import MatcherConfig
 from golden.rig.config import MapsInUse, RigConfig
 from golden.video.formats import CameraFormat
 
+from ..matcher.matcher import Matcher
 from ..matcher.stream import PixelPair
 from ..rig.control import ROWS, RigControl
 from ..rig.stages import RigStages
@@ -60,10 +61,11 @@ class PairRig(wiring.Component):
             **{name: of_stages[name] for name in self.STATUS if name in of_stages},
         })
 
-    @property
-    def frame_clocks(self) -> int:
-        """Bound of the cycles that a pair takes, whatever its maps."""
-        return self.stages.frame_clocks(self.camera.width, self.camera.height)
+    def frame_clocks(self, matcher: Matcher) -> int:
+        """Bound of the cycles that a pair takes through the stages and a matcher behind them, for maps as those of
+        :meth:`RigStages.frame_clocks`.
+        """
+        return self.stages.frame_clocks(self.camera.width, self.camera.height, matcher.frame_clocks)
 
     def elaborate(self, platform: object) -> Module:
         m = Module()

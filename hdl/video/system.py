@@ -130,7 +130,7 @@ class StereoSystem(wiring.Component):
         pixels = camera.width * camera.height
         frame_clocks = matcher.frame_clocks(camera.width, camera.height)
         if self.pair_rig:
-            frame_clocks = max(frame_clocks, self.pair_rig.frame_clocks)
+            frame_clocks = self.pair_rig.frame_clocks(matcher)
         # A matcher that is too slow for any number of buffers is refused by the budget.
         reading_seconds = frame_clocks / clock_hz
         buffers = buffers_needed(reading_seconds, camera.frame_seconds, window) if reading_seconds < camera.frame_seconds else 3
