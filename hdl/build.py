@@ -21,7 +21,8 @@ from golden.tables import print_table
 from golden.video.bandwidth import Budget, MemoryTiming
 from golden.video.formats import DISPLAYS, PAL
 
-from .emit import verilog_text
+from .emit import port_name, verilog_text
+from .keywords import reserved
 from .matcher.framed import FramedMatcher
 from .matcher.matcher import Matcher
 from .options import add_design_options, add_rig_options, design_config, rig_config
@@ -32,6 +33,7 @@ __all__ = ["main"]
 
 
 DEFAULT_DISPLAY = "720x576"
+DEFAULT_NAME = "matcher"
 MANIFEST = "manifest.json"
 FRAMES_PER_SECOND = 25  # PAL
 
@@ -40,14 +42,14 @@ def ports_of(component: Component) -> dict[str, tuple[str, int]]:
     """Ports of the emitted module: name to direction and width in bits."""
     ports = {} if "clk" in component.signature.members else {"clk": ("input", 1), "rst": ("input", 1)}
     for path, member, value in component.signature.flatten(component):
-        ports["__".join(map(str, path))] = ("input" if member.flow is Flow.In else "output", len(Value.cast(value)))
+        ports[port_name(path)] = ("input" if member.flow is Flow.In else "output", len(Value.cast(value)))
     return ports
 
 
 def fields_of(component: Component) -> dict[str, dict[str, tuple[int, int]]]:
     """Places of the fields of the payloads: port to field to lowest and highest bit."""
     return {
-        "__".join(map(str, path)): {name: (field.offset, field.offset + field.width - 1) for name, field in value.shape()}
+        port_name(path): {name: (field.offset, field.offset + field.width - 1) for name, field in value.shape()}
         for path, _, value in component.signature.flatten(component) if isinstance(value, data.View)
     }
 
@@ -95,12 +97,12 @@ class _Build(NamedTuple):
         return max(of_budget, self.matcher.frame_clocks(width, height))
 
 
-def _build_core(config: MatcherConfig, height: int, rig: RigConfig | None, frame_timing: bool) -> _Build:
+def _build_core(name: str, config: MatcherConfig, height: int, rig: RigConfig | None, frame_timing: bool) -> _Build:
     matcher = RectifiedMatcher(config, height, rig) if rig else Matcher(config)
     component = FramedMatcher(config, matcher) if frame_timing else matcher
-    files = {"matcher.v": verilog_text(component, name="matcher")}
+    files = {f"{name}.v": verilog_text(component, name=name)}
     about = {"payloads": fields_of(component), **about_rig(rig), **({"pixel_order": PIXEL_ORDER} if rig else {})}
-    return _Build("matcher", matcher, files, ports_of(component), about)
+    return _Build(name, matcher, files, ports_of(component), about)
 
 
 def _build_board(config: MatcherConfig, board: Board, display_name: str, clock_mhz: float, rig: RigConfig | None) -> _Build:
@@ -129,6 +131,8 @@ def _run(argv: Sequence[str] | None) -> int:
     parser.add_argument("--memory-clock", type=int, metavar="MHZ",
                         help="with --board: clock of the memory, if the board offers several; the matcher has the clock of its controller")
     parser.add_argument("--frame-timing", action="store_true", help="with --core: frame timing signals instead of the stream of pixels")
+    parser.add_argument("--name", metavar="NAME", help="with --core: of the top module and its file; sub-modules are NAME_and_more, so "
+                        f"that several cores live in one design (default: {DEFAULT_NAME})")
     parser.add_argument("--output", type=Path, metavar="DIR", help="default: build/core, or build/ and the board's name")
     add_design_options(parser)
     add_rig_options(parser)
@@ -141,6 +145,10 @@ def _run(argv: Sequence[str] | None) -> int:
     if options.core and options.memory_clock is not None:
         raise UserError("--memory-clock is that of the board's memory, and --core has none; choose --board, or leave --memory-clock out")
     clock_mhz = board.local_clock_mhz(options.memory_clock) if board else 0
+    if board and options.name is not None:
+        raise UserError("--name is for the bare matcher, and a board's project has a name; choose --core, or leave --name out")
+    if options.name is not None and (reason := reserved(options.name)):
+        raise UserError(f"--name {options.name!r} cannot name a module: {reason}; choose another one, such as left_eye")
     if board and options.frame_timing:
         raise UserError("--frame-timing is for the bare matcher, and --board has cameras; choose --core, or leave --frame-timing out")
     if board and (options.width, options.height) != (PAL.width, PAL.height):
@@ -156,7 +164,7 @@ def _run(argv: Sequence[str] | None) -> int:
 
     with Console(stderr=True).status("writing Verilog"):
         build = (_build_board(config, board, display, clock_mhz, rig) if board else
-                 _build_core(config, options.height, rig, options.frame_timing))
+                 _build_core(options.name or DEFAULT_NAME, config, options.height, rig, options.frame_timing))
     files, matcher = build.files, build.matcher
     needed = round(FRAMES_PER_SECOND * build.frame_clocks(options.width, options.height) / 1e6, 2)
     about = {**build.about, "clock_mhz_for_25_frames": needed, "files": sorted(files)}

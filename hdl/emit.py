@@ -12,11 +12,12 @@ from amaranth.back import rtlil
 
 from golden.files import atomic
 
+from .keywords import AMS
 from .netlist import Netlist, read_netlist
 from .yosys import Tool, run_yosys
 
 
-__all__ = ["ZERO_INIT", "Emitted", "emit_rtlil", "rtlil_text", "verilog_text", "write_verilog"]
+__all__ = ["ZERO_INIT", "Emitted", "emit_rtlil", "port_name", "rtlil_text", "verilog_text", "write_verilog"]
 
 
 # A light clean-up: the text simulates two to three times faster than without, and reads better.
@@ -38,7 +39,7 @@ ZERO_INIT = re.compile(r"  cell \$meminit_v2 \$\d+\n(?:    (?!connect \\DATA).*\
 
 
 class Emitted(NamedTuple):
-    """A design as Verilog, and its modules as :mod:`hdl.netlist` has them: those keep their names, without :func:`_plain_names`."""
+    """A design as Verilog, and its modules as :mod:`hdl.netlist` has them: all names in those stay as they are."""
     verilog: str
     netlist: dict[str, Netlist]
 
@@ -79,6 +80,50 @@ def _without_attributes(text: str, kept: Collection[str]) -> str:
                   lambda match: match[0] if (match[1] or match[2]) in kept else "", text)
 
 
+def port_name(path: Iterable[str | int]) -> str:
+    """Name of a port in Verilog, from its path in the component's signature: with single underscores, as VHDL wants them, and no keyword of
+    Verilog-AMS.
+
+    Examples
+    --------
+    >>> port_name(["i", "payload"]), port_name(["write", 0, "be"]), port_name(["timer"])
+    ('i_payload', 'write_0_be', 'timer_')
+    """
+    return _plain("_".join(map(str, path)))
+
+
+def _plain(name: str) -> str:
+    name = re.sub("__+", "_", name)
+    return f"{name}_" if name in AMS else name
+
+
+def _plain_ports(text: str) -> str:
+    """Verilog whose ports have no two underscores in a row, and no name that is a keyword of Verilog-AMS.
+
+    A net that has the new name of a port gets an underscore at its end.
+    """
+    parts = re.split(r"(?m)^(?=module )", text)
+    headers = [re.match(r"module (\w+)\(([^)]*)\)", part) for part in parts]
+    ports_of = {header[1]: re.findall(r"\w+", header[2]) for header in headers if header}
+    renamed = {name for ports in ports_of.values() for name in ports if _plain(name) != name}
+    for index, (part, header) in enumerate(zip(parts, headers)):
+        if not header:
+            continue
+        ports = ports_of[header[1]]
+        if len(set(map(_plain, ports))) < len(ports):
+            raise ValueError(f"two ports have the same name with single underscores: {', '.join(ports)}; name one of them otherwise")
+        names = set(re.findall(r"(?<![.\w'])[A-Za-z_]\w*", part))
+        new = {name: _plain(name) for name in (*ports, *sorted(names & AMS - set(ports))) if _plain(name) != name}
+        for name in sorted(set(new.values()) & names):
+            moved = f"{name}_"
+            while moved in names or moved in new.values():
+                moved += "_"
+            new[name] = moved
+        part = re.sub(r"(?<![.\w'])[A-Za-z_]\w*", lambda match: new.get(match[0], match[0]), part)
+        parts[index] = re.sub(r"(?<=\.)\w+(?=\()", lambda match: _plain(match[0]) if match[0] in renamed else match[0], part)
+    return "".join(parts)
+
+
 def _run(source: str, folder: Path, *, netlist: bool, attributes: Collection[str] = ()) -> str:
     (folder / "design.il").write_text(ZERO_INIT.sub("", source))
     # The netlist first: writing Verilog changes the design.
@@ -112,9 +157,9 @@ def rtlil_text(component: Any, *, name: str) -> str:
 
 
 def verilog_text(component: Any, *, name: str) -> str:
-    """Verilog of ``component`` as module ``name``; ports follow its signature. See :func:`emit_rtlil`."""
+    """Verilog of ``component`` as module ``name``; ports follow its signature, see :func:`port_name`. Sub-modules are named after it."""
     with tempfile.TemporaryDirectory(prefix="emit-") as temporary:
-        return _run(rtlil_text(component, name=name), Path(temporary), netlist=False)
+        return _plain_ports(_run(rtlil_text(component, name=name), Path(temporary), netlist=False))
 
 
 def write_verilog(component: Any, path: str | os.PathLike[str], *, name: str) -> Path:

@@ -28,7 +28,7 @@ CONFIGS = {
 
 
 class Blocks(wiring.Component):
-    """Ports of a block are called ``block__member``.
+    """Ports of a block are called ``block_member``.
 
     Members
     -------

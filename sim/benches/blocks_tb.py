@@ -55,23 +55,23 @@ async def start(dut):
 
 async def stream(dut, name, layout_i, layout_o, frames, expected, stall, *, before_frame=None):
     """Send frames of words through a block: its output, see :func:`comparable`, must be ``expected``, without extra words."""
-    cocotb.start_soon(check_rules(dut, f"{name}__i"))
+    cocotb.start_soon(check_rules(dut, f"{name}_i"))
     transfers = []
-    cocotb.start_soon(check_rules(dut, f"{name}__o", transfers))
+    cocotb.start_soon(check_rules(dut, f"{name}_o", transfers))
 
     async def send():
         for number, words in enumerate(frames):
             if before_frame:
                 before_frame(number)
-            await source(dut, f"{name}__i", [pack(layout_i, word) for word in words], rng=random.Random(number), stall=stall)
+            await source(dut, f"{name}_i", [pack(layout_i, word) for word in words], rng=random.Random(number), stall=stall)
 
     sender = cocotb.start_soon(send())
-    received = await sink(dut, f"{name}__o", len(expected), rng=random.Random(2), stall=stall)
+    received = await sink(dut, f"{name}_o", len(expected), rng=random.Random(2), stall=stall)
     await sender
     assert received == transfers
     for at, (word, wanted) in enumerate(zip(received, expected)):
         assert comparable(word, layout_o) == comparable(wanted), f"word {at}"
-    assert await drain(dut, f"{name}__o") == []
+    assert await drain(dut, f"{name}_o") == []
 
 
 async def play(dut, name, steps, outputs):
@@ -79,9 +79,9 @@ async def play(dut, name, steps, outputs):
     given = []
     for step in steps:
         for member, value in step.items():
-            getattr(dut, f"{name}__{member}").value = value
+            getattr(dut, f"{name}_{member}").value = value
         await ReadOnly()
-        values = [getattr(dut, f"{name}__{member}").value for member in outputs]
+        values = [getattr(dut, f"{name}_{member}").value for member in outputs]
         given.append([int(value) if value.is_resolvable else None for value in values])
         await RisingEdge(dut.clk)
     return given
@@ -131,7 +131,7 @@ async def line_store_ragged(dut, stall):
     async def count():
         while True:
             await ReadOnly()
-            pulses.append(int(dut.line_store__error.value))
+            pulses.append(int(dut.line_store_error.value))
             await RisingEdge(dut.clk)
 
     cocotb.start_soon(count())
@@ -222,9 +222,9 @@ async def smooth_(dut):
     """A pixel, a neighbour and a label in each clock; the tables are filled three times."""
     await start(dut)
     rng = np.random.default_rng(1)
-    dut.smooth__read.value = 1
+    dut.smooth_read.value = 1
     largest = 0
-    bits = len(dut.smooth__energy) // LABELS
+    bits = len(dut.smooth_energy) // LABELS
     for weight in (WEIGHT_MAX, 15, 0):
         fill_clocks = 0 if CONFIG is CONFIGS["linear"] else 2 * LABELS
         filled = await play(dut, "smooth", [{"weight": weight, "fill": 1, "label": 0}, *[{"fill": 0}] * (fill_clocks + 1)], ["filled"])
@@ -280,7 +280,7 @@ async def sequential_engine(dut, stall):
 
     def weigh(number):
         for name, weight in zip(("u1", "u2", "u3"), weights[number]):
-            getattr(dut, f"sequential_engine__{name}").value = weight
+            getattr(dut, f"sequential_engine_{name}").value = weight
 
     await stream(dut, "sequential_engine", BecWord(CONFIG), DisparityWord(CONFIG), frames, expected, stall, before_frame=weigh)
 
@@ -297,12 +297,12 @@ async def frame_timing(dut, stall):
         cycles += camera(words, rng=rng, gaps=0.6, line_gap=2, before=1) + between_frames(40)
     names = ("frame_valid", "line_valid", "pixel_valid", "left", "right")
     sender = cocotb.start_soon(play(dut, "frame_timing", [dict(zip(names, cycle)) for cycle in cycles], ["dropped"]))
-    cocotb.start_soon(check_rules(dut, "frame_timing__o"))
-    received = await sink(dut, "frame_timing__o", len(flat(frames)), rng=random.Random(2), stall=stall)
+    cocotb.start_soon(check_rules(dut, "frame_timing_o"))
+    received = await sink(dut, "frame_timing_o", len(flat(frames)), rng=random.Random(2), stall=stall)
     assert [comparable(word, PixelPair()) for word in received] == flat(frames)
     dropped = await sender
     assert dropped[-1] == [0]
-    assert await drain(dut, "frame_timing__o") == []
+    assert await drain(dut, "frame_timing_o") == []
 
 
 @cocotb.test()
@@ -319,10 +319,10 @@ async def frame_timing_overflow(dut):
 
     assert await show(frames[0]) == [1]
     assert await show(frames[1]) == [2]
-    begun = [comparable(word, PixelPair()) for word in await drain(dut, "frame_timing__o")]
+    begun = [comparable(word, PixelPair()) for word in await drain(dut, "frame_timing_o")]
     assert begun == frames[0][:len(begun)]
     assert 8 <= len(begun) <= 9
     third = cocotb.start_soon(show(frames[2]))
-    received = await sink(dut, "frame_timing__o", 15, rng=random.Random(1))
+    received = await sink(dut, "frame_timing_o", 15, rng=random.Random(1))
     assert [comparable(word, PixelPair()) for word in received] == frames[2]
     assert await third == [2]

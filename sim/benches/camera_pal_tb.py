@@ -18,9 +18,9 @@ async def stalls(dut, cycles):
     """Stalls that the FIFO bridges, with pauses in which it drains: a line has 4800 clocks."""
     rng = random.Random(1)
     while True:
-        dut.o__ready.value = 1
+        dut.o_ready.value = 1
         await ClockCycles(dut.clk, 1000 + rng.randrange(4000))
-        dut.o__ready.value = 0
+        dut.o_ready.value = 0
         await ClockCycles(dut.clk, cycles)
 
 

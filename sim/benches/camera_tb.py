@@ -20,7 +20,7 @@ SYNC_PERIOD = 13_334
 
 
 async def start(dut):
-    for name in ("o__ready", "clear", "data", "camera_clk"):
+    for name in ("o_ready", "clear", "data", "camera_clk"):
         getattr(dut, name).value = 0
     dut.rst.value = dut.camera_rst.value = 1
     cocotb.start_soon(Clock(dut.clk, SYNC_PERIOD, "ps").start())

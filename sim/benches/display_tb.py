@@ -45,7 +45,7 @@ async def read_pictures(dut, plan):
     await RisingEdge(dut.fetch)
     for number, (_, entry) in enumerate(plan):
         await RisingEdge(dut.clk)
-        dut.i__valid.value = 0
+        dut.i_valid.value = 0
         dut.shown_valid.value = entry.shown_valid
         await RisingEdge(dut.clk)
         dut.shown_valid.value = not entry.shown_valid
@@ -53,21 +53,21 @@ async def read_pictures(dut, plan):
         fetch = False
         for word, idle in entry.offers(rng):
             if idle > 1:
-                dut.i__valid.value = 0
+                dut.i_valid.value = 0
                 await ClockCycles(dut.clk, idle - 1)
-            dut.i__payload.value = pack(LAYOUT, word)
-            dut.i__valid.value = 1
+            dut.i_payload.value = pack(LAYOUT, word)
+            dut.i_valid.value = 1
             accepted = False
             while not accepted:
                 await ReadOnly()
-                accepted, fetch = dut.i__ready.value == 1, dut.fetch.value == 1
+                accepted, fetch = dut.i_ready.value == 1, dut.fetch.value == 1
                 if fetch:
                     break
                 await RisingEdge(dut.clk)
             if fetch:
                 break
         else:
-            dut.i__valid.value = 0
+            dut.i_valid.value = 0
             await RisingEdge(dut.fetch)
 
 

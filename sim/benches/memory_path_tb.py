@@ -30,7 +30,7 @@ async def until(dut, name, member):
     """Wait for a pulse."""
     for _ in range(50_000):
         await ReadOnly()
-        pulse = int(getattr(dut, f"{name}__{member}").value)
+        pulse = int(getattr(dut, f"{name}_{member}").value)
         await RisingEdge(dut.clk)
         if pulse:
             return
@@ -39,15 +39,15 @@ async def until(dut, name, member):
 
 async def write(dut, name, layout, words, buffer, seed, stall):
     """A picture into a buffer, until the memory has it."""
-    getattr(dut, f"{name}__control__buffer").value = buffer
-    getattr(dut, f"{name}__control__accept").value = 1
-    sender = cocotb.start_soon(source(dut, f"{name}__i", [pack(layout, word) for word in words], rng=random.Random(seed), stall=stall))
-    await until(dut, name, "control__complete")
+    getattr(dut, f"{name}_control_buffer").value = buffer
+    getattr(dut, f"{name}_control_accept").value = 1
+    sender = cocotb.start_soon(source(dut, f"{name}_i", [pack(layout, word) for word in words], rng=random.Random(seed), stall=stall))
+    await until(dut, name, "control_complete")
     await sender
 
 
 async def read(dut, name, layout, count, stall):
-    return [comparable(word, layout) for word in await sink(dut, f"{name}__o", count, rng=random.Random(count), stall=stall)]
+    return [comparable(word, layout) for word in await sink(dut, f"{name}_o", count, rng=random.Random(count), stall=stall)]
 
 
 async def pulse(dut, name):
@@ -69,7 +69,7 @@ async def pictures_there_and_back(dut, stall):
     await ClockCycles(dut.clk, 3)
     dut.rst.value = 0
     cocotb.start_soon(serve(dut, "bus", memory))
-    for stream in ("left__i", "right__i", "disparity__i", "shown_left__i", "pair__o", "shown__o"):
+    for stream in ("left_i", "right_i", "disparity_i", "shown_left_i", "pair_o", "shown_o"):
         cocotb.start_soon(check_rules(dut, stream))
 
     pictures = [noise(WIDTH, HEIGHT, number) for number in range(FRAMES)]
@@ -83,18 +83,18 @@ async def pictures_there_and_back(dut, stall):
                       cocotb.start_soon(write(dut, "right", CameraWord(), camera_words(right), turn % 2, turn + 50, stall))]
         pair = shown = None
         if 0 <= (number := turn - 1) < FRAMES:
-            dut.pair__control__left_buffer.value = dut.pair__control__right_buffer.value = number % 2
-            await pulse(dut, "pair__control__start")
+            dut.pair_control_left_buffer.value = dut.pair_control_right_buffer.value = number % 2
+            await pulse(dut, "pair_control_start")
             pair = cocotb.start_soon(read(dut, "pair", PixelPair(), pixels, stall))
-            done = cocotb.start_soon(until(dut, "pair", "control__done"))
+            done = cocotb.start_soon(until(dut, "pair", "control_done"))
             disparity, left = results[number]
             tasks += [done, cocotb.start_soon(write(dut, "disparity", PlanePixel(), plane_words(disparity), number % 2, turn + 20, stall)),
                       cocotb.start_soon(write(dut, "shown_left", PlanePixel(), plane_words(left), number % 2, turn + 30, stall))]
         if 0 <= (slot := turn - 2) < FRAMES:
-            await pulse(dut, "shown__fetch")
-            dut.shown__shown_valid.value, dut.shown__shown_buffer.value = 1, slot % 2
+            await pulse(dut, "shown_fetch")
+            dut.shown_shown_valid.value, dut.shown_shown_buffer.value = 1, slot % 2
             await RisingEdge(dut.clk)
-            dut.shown__shown_valid.value = 0
+            dut.shown_shown_valid.value = 0
             shown = cocotb.start_soon(read(dut, "shown", ShownPixel(CONFIG), pixels, stall))
         for task in tasks:
             await task
@@ -102,10 +102,10 @@ async def pictures_there_and_back(dut, stall):
             assert await pair == pixel_words(*pictures[number])
         if shown:
             assert await shown == shown_words(*results[slot])
-    assert await drain(dut, "pair__o") == await drain(dut, "shown__o") == []
+    assert await drain(dut, "pair_o") == await drain(dut, "shown_o") == []
     assert memory.words_written == memory.words_read == 4 * FRAMES * HEIGHT * memory_map.line_words
     for name in ("left", "right", "disparity", "shown_left", "pair", "shown"):
-        fill = int(getattr(dut, f"{name}__fill").value)
+        fill = int(getattr(dut, f"{name}_fill").value)
         dut._log.info("%s: %d of %d words at most", name, fill, DEPTH)
         assert 0 < fill <= DEPTH
-    assert np.all([int(getattr(dut, f"{name}__skipped").value) == 0 for name in ("left", "right", "disparity", "shown_left")])
+    assert np.all([int(getattr(dut, f"{name}_skipped").value) == 0 for name in ("left", "right", "disparity", "shown_left")])

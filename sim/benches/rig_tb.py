@@ -30,7 +30,7 @@ async def pairs(dut):
     inputs = {"rectify": 1, "map_side": 0, "map_start": 0, "map_address": 0, "map_next": 0, "map_low": 0, "map_middle": 0, "map_high": 0,
               "swap": 0, "clear": 0, "balance": int(BalanceMode.AUTO),
               "fixed_gain": 0, "fixed_offset": 0, "width": width, "height": height, "minimum": minimum & 511,
-              "i__valid": 0, "i__payload": 0, "o__ready": 0}
+              "i_valid": 0, "i_payload": 0, "o_ready": 0}
     for name, value in inputs.items():
         getattr(dut, name).value = value
     dut.rst.value = 1

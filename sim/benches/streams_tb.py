@@ -13,7 +13,7 @@ from sim.kit.cocotb_streams import check_rules, drain, sink, source
 @cocotb.test()
 async def words_pass(dut):
     stall = float(os.environ["STALL"])
-    for name in ("u1", "u2", "u3", "in_use", "apply_settings", "clear", "i__valid", "i__payload", "o__ready"):
+    for name in ("u1", "u2", "u3", "in_use", "apply_settings", "clear", "i_valid", "i_payload", "o_ready"):
         getattr(dut, name).value = 0
     dut.rst.value = 1
     cocotb.start_soon(Clock(dut.clk, 10, "ns").start())

@@ -3,7 +3,7 @@
 import pytest
 from amaranth.lib.wiring import In
 
-from hdl.emit import write_verilog
+from hdl.emit import port_name, write_verilog
 from sim.benches.blocks import CONFIGS, Blocks
 from sim.kit.simulators import SIMULATORS, build, run
 
@@ -18,7 +18,7 @@ TESTS = 2 * 10 + 4
     for simulator in SIMULATORS for arithmetic in CONFIGS])
 def test_blocks(simulator, arithmetic, tmp_path):
     blocks = Blocks(CONFIGS[arithmetic])
-    inputs = ["__".join(path) for path, member, _ in blocks.signature.flatten(blocks) if member.flow is In]
+    inputs = [port_name(path) for path, member, _ in blocks.signature.flatten(blocks) if member.flow is In]
     source = write_verilog(blocks, tmp_path / "blocks.v", name="blocks")
     build(simulator, [source], "blocks", tmp_path / simulator)
     ran = run(simulator, "blocks", tmp_path / simulator, "sim.benches.blocks_tb",

@@ -4,7 +4,7 @@ import pytest
 from amaranth.lib.wiring import In
 
 from golden.config import MatcherConfig
-from hdl.emit import write_verilog
+from hdl.emit import port_name, write_verilog
 from hdl.video.dvi import DisplayOutput
 from sim.kit.display_cases import FORMATS
 from sim.kit.simulators import build, run
@@ -13,7 +13,7 @@ from sim.kit.simulators import build, run
 def bench(simulator, name, size, folder, *, disparities, depth, plans):
     """Each of ``plans`` is the modes and colours to show, or nothing for the plan of faults."""
     output = DisplayOutput(MatcherConfig(labels=disparities), FORMATS[name], *size, depth=depth)
-    inputs = ["__".join(path) for path, member, _ in output.signature.flatten(output) if member.flow is In]
+    inputs = [port_name(path) for path, member, _ in output.signature.flatten(output) if member.flow is In]
     source = write_verilog(output, folder / "display.v", name="display_output")
     build(simulator, [source], "display_output", folder)
     env = {"DISPLAY_FORMAT": name, "SIZE": f"{size[0]} {size[1]}", "DISPARITIES": disparities, "INPUTS": " ".join(inputs)}

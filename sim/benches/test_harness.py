@@ -14,37 +14,37 @@ CONFIG = MatcherConfig(labels=16)
 # A register stage whose disparity is the low bits of the left pixel, plus those of u1 once `apply_settings` has been seen.
 STAND_IN = """
 module matcher(input clk, input rst, input [5:0] u1, input [5:0] u2, input [5:0] u3, input [8:0] in_use,
-               input apply_settings, input clear, output error, input i__valid, output i__ready,
-               input [18:0] i__payload, output o__valid, input o__ready, output [6:0] o__payload);
+               input apply_settings, input clear, output error, input i_valid, output i_ready,
+               input [18:0] i_payload, output o_valid, input o_ready, output [6:0] o_payload);
   reg valid; reg [18:0] word; reg [3:0] weight; reg [7:0] count; reg [3:0] never; reg beat;
-  assign i__ready = {i_ready};
-  assign o__valid = {o_valid};
-  assign o__payload = {o_payload};
+  assign i_ready = {i_ready};
+  assign o_valid = {o_valid};
+  assign o_payload = {o_payload};
   assign error = {error};
   initial begin valid = 0; count = 0; weight = 0; beat = 0; end
   always @(posedge clk) begin
     beat <= !beat;
     if (apply_settings) weight <= u1[3:0];
-    if (o__valid && o__ready) begin valid <= 0; count <= count + 1; end
-    if (i__valid && i__ready) begin valid <= 1; word <= i__payload; end
+    if (o_valid && o_ready) begin valid <= 0; count <= count + 1; end
+    if (i_valid && i_ready) begin valid <= 1; word <= i_payload; end
   end
 endmodule
 """
-GOOD = {"i_ready": "!valid || o__ready", "o_valid": "valid", "o_payload": "{word[18:16], word[3:0] + weight}", "error": "1'b0"}
+GOOD = {"i_ready": "!valid || o_ready", "o_valid": "valid", "o_payload": "{word[18:16], word[3:0] + weight}", "error": "1'b0"}
 
 # Changed expressions, and the harness's message.
 FAULTS = {
     "payload changes while stalled": ({"o_payload": "{word[18:16], word[3:0] ^ {3'b0, beat}}"}, "rule_errors"),
-    "valid drops": ({"o_valid": "valid && beat", "i_ready": "!valid || o__ready && beat"}, "rule_errors"),
-    "valid waits for ready": ({"o_valid": "valid && o__ready"}, "hang 1"),
+    "valid drops": ({"o_valid": "valid && beat", "i_ready": "!valid || o_ready && beat"}, "rule_errors"),
+    "valid waits for ready": ({"o_valid": "valid && o_ready"}, "hang 1"),
     "first is missing": ({"o_payload": "{word[18:17], 1'b0, word[3:0]}"}, "flag_errors 2"),
     "last is missing": ({"o_payload": "{word[18], 1'b0, word[16], word[3:0]}"}, "flag_errors 6"),
     "end is missing": ({"o_payload": "{1'b0, word[17:16], word[3:0]}"}, "flag_errors 2"),
     "unknown bit": ({"o_payload": "{word[18:16], word[3:0] ^ never}"}, "unknown_words"),
-    "word is lost": ({"o_valid": "valid && count != 5", "i_ready": "!valid || o__ready || count == 5"}, "hang 1"),
+    "word is lost": ({"o_valid": "valid && count != 5", "i_ready": "!valid || o_ready || count == 5"}, "hang 1"),
     "word is invented": ({"o_valid": "valid || count >= 35"}, "extra_words"),
-    "nothing is taken": ({"i_ready": "count < 9 && (!valid || o__ready)"}, "hang 1"),
-    "ready is unknown": ({"i_ready": "(!valid || o__ready) ^ (count == 3 && never[0])"}, "rule_errors"),
+    "nothing is taken": ({"i_ready": "count < 9 && (!valid || o_ready)"}, "hang 1"),
+    "ready is unknown": ({"i_ready": "(!valid || o_ready) ^ (count == 3 && never[0])"}, "rule_errors"),
     "frame was taken for ragged": ({"error": "1'b1"}, "error 1"),
 }
 

@@ -18,7 +18,7 @@ CLOCK_HZ = 500_000
 
 
 class VideoSetup(wiring.Component):
-    """With the tables of the board; ports are called ``decoder__member`` and ``transmitter__member``.
+    """With the tables of the board; ports are called ``decoder_member`` and ``transmitter_member``.
 
     Members
     -------

@@ -18,9 +18,9 @@ async def start(dut):
         "transmitter": (TFP410, Tfp410(seed=2, stretch=0.1)),
     }
     for name in chips:
-        getattr(dut, f"{name}__restart").value = 0
+        getattr(dut, f"{name}_restart").value = 0
         for line in ("scl_i", "sda_i"):
-            getattr(dut, f"{name}__{line}").value = 1
+            getattr(dut, f"{name}_{line}").value = 1
     dut.rst.value = 1
     cocotb.start_soon(Clock(dut.clk, 10**9 // CLOCK_HZ, "ns").start())
     await ClockCycles(dut.clk, 3)
@@ -41,7 +41,7 @@ async def until(handle, value=1, milliseconds=200):
 
 
 def status(dut, name):
-    step, reason, failures = (getattr(dut, f"{name}__{member}").value.to_unsigned() for member in ("step", "reason", "failures"))
+    step, reason, failures = (getattr(dut, f"{name}_{member}").value.to_unsigned() for member in ("step", "reason", "failures"))
     return step, Failure(reason), failures
 
 
@@ -49,8 +49,8 @@ def status(dut, name):
 async def both_are_set_up(dut):
     """All values of the tables, in their order, within the rules of bus and chips; then lock."""
     (decoder, transmitter), buses = await start(dut)
-    await until(dut.transmitter__done)
-    await until(dut.decoder__done)
+    await until(dut.transmitter_done)
+    await until(dut.decoder_done)
     assert transmitter.is_set_up()
     assert [decoder.is_set_up(number) for number in range(4)] == [True, True, False, False]
     for chip, model in ((TVP5154, decoder), (TFP410, transmitter)):
@@ -58,9 +58,9 @@ async def both_are_set_up(dut):
         assert model.writes[:len(wanted)] == wanted
     assert all(bus.starts > 2 for bus in buses)
     decoder.decoders[1].lock = 0x06
-    await until(dut.decoder__locked, 2)
+    await until(dut.decoder_locked, 2)
     decoder.decoders[0].lock = 0x06
-    await until(dut.decoder__locked, 3)
+    await until(dut.decoder_locked, 3)
     for name in ("decoder", "transmitter"):
         assert status(dut, name) == (0, Failure.NONE, 0)
 
@@ -71,18 +71,18 @@ async def failures_are_told_and_got_over(dut):
     (_, transmitter), (_, bus) = await start(dut)
     bus.broken_allowed = True
     transmitter.faults = [Fault("no acknowledge", None)]
-    await until(dut.transmitter__failed)
+    await until(dut.transmitter_failed)
     assert status(dut, "transmitter") == (2, Failure.NO_ACKNOWLEDGE, 4)
     transmitter.faults = []
     transmitter.holding, transmitter.sda_low = 5, True
-    dut.transmitter__restart.value = 1
+    dut.transmitter_restart.value = 1
     await RisingEdge(dut.clk)
-    dut.transmitter__restart.value = 0
-    await until(dut.transmitter__done)
+    dut.transmitter_restart.value = 0
+    await until(dut.transmitter_done)
     assert transmitter.is_set_up()
     assert status(dut, "transmitter") == (0, Failure.NONE, 4)
     transmitter.reset()
-    await until(dut.transmitter__done, 0)
+    await until(dut.transmitter_done, 0)
     assert status(dut, "transmitter") == (5, Failure.NOT_READY, 5)
-    await until(dut.transmitter__done)
+    await until(dut.transmitter_done)
     assert transmitter.is_set_up()

@@ -25,7 +25,7 @@ TIMEOUT = 10_000
 
 def _members(dut, name):
     """``payload``, ``valid``, ``ready`` of a stream."""
-    return tuple(getattr(dut, f"{name}__{member}") for member in ("payload", "valid", "ready"))
+    return tuple(getattr(dut, f"{name}_{member}") for member in ("payload", "valid", "ready"))
 
 
 def _bit(handle):

@@ -45,8 +45,8 @@ module harness #(
 
   matcher dut(
     .clk(clk), .rst(rst), `SETTING_PORTS, .apply_settings(apply_settings), .clear(1'b0), .error(error),
-    .i__valid(i_valid), .i__ready(i_ready), .i__payload(i_payload),
-    .o__valid(o_valid), .o__ready(o_ready), .o__payload(o_payload));
+    .i_valid(i_valid), .i_ready(i_ready), .i_payload(i_payload),
+    .o_valid(o_valid), .o_ready(o_ready), .o_payload(o_payload));
 
   // Files and settings
 

@@ -28,9 +28,9 @@ async def serve(dut: Any, name: str, memory: LocalMemory, clock: Any = None) -> 
     ``clock`` is ``dut.clk`` by default. Start it before the reset ends; unknown requests count as none.
     """
     clock = dut.clk if clock is None else clock
-    strobes = [getattr(dut, f"{name}__{member}") for member in ("write_req", "read_req", "burstbegin")]
-    address, size, be, wdata = (getattr(dut, f"{name}__{member}") for member in ("address", "size", "be", "wdata"))
-    outputs = {member: getattr(dut, f"{name}__{member}") for member in ("ready", "rdata", "rdata_valid", "init_done")}
+    strobes = [getattr(dut, f"{name}_{member}") for member in ("write_req", "read_req", "burstbegin")]
+    address, size, be, wdata = (getattr(dut, f"{name}_{member}") for member in ("address", "size", "be", "wdata"))
+    outputs = {member: getattr(dut, f"{name}_{member}") for member in ("ready", "rdata", "rdata_valid", "init_done")}
     driven: dict[str, int] = {}
     while True:
         for member, handle in outputs.items():

@@ -81,10 +81,21 @@ def test_ports_are_those_of_the_module(folders, folder, top):
     assert ports == verilog_ports((folders[folder] / f"{top}.v").read_text(), top)
 
 
+def test_two_cores_in_one_design(tmp_path):
+    """Top module, its file and all sub-modules have the name that was given."""
+    names = {}
+    for name in ("left_eye", "right_eye"):
+        assert main(["--core", *SMALL, "--name", name, "--output", str(tmp_path / name)]) == 0
+        assert manifest(tmp_path / name)["top"] == name
+        names[name] = re.findall(r"(?m)^module (\w+)", (tmp_path / name / f"{name}.v").read_text())
+        assert len(names[name]) > 5 and all(module == name or module.startswith(f"{name}_") for module in names[name])
+    assert not set(names["left_eye"]) & set(names["right_eye"])
+
+
 def test_ways_into_the_core(folders):
     """A stream, or frame timing signals; the matcher is the same."""
     stream, framed = manifest(folders["matcher"]), manifest(folders["framed"])
-    assert {"i__payload", "i__valid", "i__ready"} <= set(stream["ports"])
+    assert {"i_payload", "i_valid", "i_ready"} <= set(stream["ports"])
     assert {"frame_valid", "line_valid", "pixel_valid", "left", "right", "reset_n"} <= set(framed["ports"])
     assert framed["payloads"] == {}
     assert (framed["parameters"], framed["latency_clocks"]) == (stream["parameters"], stream["latency_clocks"])
@@ -112,13 +123,13 @@ def test_manifest(folders, top, method, clocks):
 
 def test_manifest_tells_where_the_fields_of_a_payload_are(folders):
     payloads = manifest(folders["matcher"])["payloads"]
-    assert payloads["i__payload"] == {"left": [0, 7], "right": [8, 15], "first": [16, 16], "last": [17, 17], "end": [18, 18]}
-    assert list(payloads["o__payload"]) == ["disparity", "first", "last", "end"]
-    assert payloads["o__payload"]["disparity"][0] == 0
+    assert payloads["i_payload"] == {"left": [0, 7], "right": [8, 15], "first": [16, 16], "last": [17, 17], "end": [18, 18]}
+    assert list(payloads["o_payload"]) == ["disparity", "first", "last", "end"]
+    assert payloads["o_payload"]["disparity"][0] == 0
 
 
 @pytest.mark.parametrize("clock_mhz, told", [
-    (50, r"the matcher takes 41\.\d ms to read a pair, and with 3 buffers it has 40\.0 ms: choose a matcher of fewer clocks a pixel"),
+    (50, r"the matcher takes 42\.\d ms to read a pair, and with 3 buffers it has 40\.0 ms: choose a matcher of fewer clocks a pixel"),
     (10, r"need \d+\.\d million words a second of memory, and it serves \d+\.\d at 10 MHz: choose"),
 ])
 def test_what_the_memory_cannot_serve_is_refused(clock_mhz, told, tmp_path, capsys, monkeypatch):
@@ -200,7 +211,7 @@ def test_core_of_the_method_fused(tmp_path):
     assert {name: ports[name] for name in ("minimum", "check", "fill", "median", "in_use")} == {
         "minimum": ("input", 8), "check": ("input", 1), "fill": ("input", 1), "median": ("input", 1), "in_use": ("input", 9)}
     # Up to 255 + 5 pixels in eighths, for the least disparity can be set; a confidence of 0 to 15.
-    assert told["payloads"]["o__payload"] == {
+    assert told["payloads"]["o_payload"] == {
         "disparity": [0, 11], "passed": [12, 12], "confidence": [13, 16], "first": [17, 17], "last": [18, 18], "end": [19, 19]}
     built_in = re.findall(r"if \(rst\) \w+ <= \d+'h(\w+);\n +else if \(apply_settings\) \w+ <= (\w+);", text)
     assert {name: int(value, 16) for value, name in built_in} == {
@@ -269,6 +280,10 @@ BAD = {
     "width on the board": (["--board", "cyclone3", "--width", "640"], "720x576 pixels, not 640x576; leave --width and --height out"),
     "height on the board": (["--board", "cyclone3", "--height", "480"], "720x576 pixels, not 720x480; .*choose --core"),
     "frame timing on the board": (["--board", "cyclone3", "--frame-timing"], "--frame-timing.*--board has cameras; choose --core"),
+    "name on the board": (["--board", "cyclone3", "--name", "left"], "--name is for the bare matcher.*choose --core"),
+    "name that is none": (["--core", "--name", "left eye"], "'left eye' cannot name a module: it is no identifier; choose another one"),
+    "keyword as a name": (["--core", "--name", "Buffer"], "'Buffer' cannot name a module: it is a keyword of VHDL; choose"),
+    "underscores in a name": (["--core", "--name", "left__eye"], "VHDL allows neither two underscores in a row nor one at the end"),
     "too few disparities": (["--core", "--disparities", "1"], "disparities.*from 2 to.*not 1;"),
     "too many disparities": (["--core", "--disparities", "257"], "disparities.*from 2 to 256.*not 257;"),
     "too many for the sequential engine": (["--core", "--engine", "sequential", "--disparities", "129"], "disparities.*to 128.*129;"),
