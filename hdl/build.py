@@ -187,7 +187,7 @@ def _run(argv: Sequence[str] | None) -> int:
         print(f"Both pictures are rectified, {rig.lines} lines are held, with {maps}{moved}.")
     if board and build.budget:
         print(f"The memory controller gives the matcher {clock_mhz:g} MHz; "
-              f"frames wait in {build.budget.memory_map.buffers} buffers for each camera.")
+              f"frames wait in {build.budget.buffers} buffers for each camera{', a kept pair in one more' if build.budget.kept else ''}.")
         print_table(build.budget.table())
     if board and "README.md" in files:
         print(f"What to do in {board.toolchain}: {folder / 'README.md'}")

@@ -118,15 +118,19 @@ class Budget:
         As given to the arbiter.
     window : Fraction or float
         Greatest time between the beginnings of a pair's frames, in frames.
+    kept : int
+        Buffers of each kind that a kept pair may occupy. That its lines are read is not a demand: even at 3,000,000 baud they are 18,750
+        words a second, :class:`hdl.video.line_read.LineReader`.
     """
     memory_map: MemoryMap = field(default_factory=MemoryMap)
     camera: CameraFormat = PAL
     display: DisplayFormat = DISPLAYS["720x576"]
     timing: MemoryTiming = field(default_factory=MemoryTiming)
     matcher_clocks: float = 1.01
-    masters: int = 6
+    masters: int = 7
     burst: int = 16
     window: Fraction | float = WINDOW
+    kept: int = 0
 
     # Lines of the picture that the monitor reads in the time of one of its lines, in mode both: every second one is skipped.
     DISPLAY_LINES = 2
@@ -151,13 +155,18 @@ class Budget:
         return self.timing.clock_hz * self.efficiency
 
     @property
+    def buffers(self) -> int:
+        """Buffers of each kind without those of a kept pair."""
+        return self.memory_map.buffers - self.kept
+
+    @property
     def reading_seconds(self) -> float:
         """Time to read a pair: a frame less the window with double buffers, a whole frame with more.
 
         With double buffers the earlier frame of a pair is overwritten a frame after it was complete, and the later one may be complete
         only a window after it.
         """
-        return self.camera.frame_seconds * float(1 - self.window if self.memory_map.buffers == 2 else 1)
+        return self.camera.frame_seconds * float(1 - self.window if self.buffers == 2 else 1)
 
     @property
     def matcher_seconds(self) -> float:
@@ -198,7 +207,7 @@ class Budget:
             raise UserError(f"the monitor needs {self.display_pixels / 1e6:.1f} million pixels a second, and the frame store sends one a "
                             f"clock, of {self.timing.clock_hz / 1e6:g} MHz: choose a slower monitor or a faster memory clock")
         if self.matcher_seconds > self.reading_seconds:
-            buffers = self.memory_map.buffers
+            buffers = self.buffers
             remedy = "3 buffers, " if buffers == 2 and self.matcher_seconds <= self.camera.frame_seconds else ""
             raise UserError(f"the matcher takes {self.matcher_seconds * 1e3:.1f} ms to read a pair, and with {buffers} buffers it has "
                             f"{self.reading_seconds * 1e3:.1f} ms: choose {remedy}a matcher of fewer clocks a pixel or a smaller picture")

@@ -154,7 +154,7 @@ class FrameWriter(_PlaneWriter):
 
     FIFO: a burst is requested when all its words are there. Until the memory has accepted its last word, after
     :func:`golden.video.bandwidth.served_clocks`, words arrive at the camera's rate: ``depth >= burst + words in that time + 1``. For PAL,
-    six masters and a stall of 100 us that is 96, :attr:`golden.video.bandwidth.Budget.camera_depth`.
+    seven masters and a stall of 100 us that is 96, :attr:`golden.video.bandwidth.Budget.camera_depth`.
 
     Memory: ``(depth - 1) * 128`` bits.
 

@@ -25,6 +25,7 @@ from .buttons import Button
 from .dvi import DisplayOutput
 from .frame_read import PairReader, PictureReader
 from .frame_write import FrameWriter, PictureWriter
+from .line_read import LineReader
 from .pair_rig import PairRig
 from .pairing import BufferControl
 from .ports import SystemPorts
@@ -134,8 +135,9 @@ class StereoSystem(wiring.Component):
         # A matcher that is too slow for any number of buffers is refused by the budget.
         reading_seconds = frame_clocks / clock_hz
         buffers = buffers_needed(reading_seconds, camera.frame_seconds, window) if reading_seconds < camera.frame_seconds else 3
-        self.memory_map = memory_map = MemoryMap(camera.width, camera.height, buffers)
-        self.budget = budget = Budget(memory_map, camera, display, timing, matcher_clocks=frame_clocks / pixels, window=window)
+        # One more, for the pair that is kept for the host.
+        self.memory_map = memory_map = MemoryMap(camera.width, camera.height, buffers + 1)
+        self.budget = budget = Budget(memory_map, camera, display, timing, matcher_clocks=frame_clocks / pixels, window=window, kept=1)
         budget.check()
         burst = budget.burst
 
@@ -151,8 +153,9 @@ class StereoSystem(wiring.Component):
         self.pair_reader = PairReader(memory_map, burst=burst, depth=self.depths["pair"], moves=bool(rig))
         self.picture_reader = PictureReader(memory_map, config, burst=burst, depth=self.depths["display"])
         self.display = DisplayOutput(config, display, camera.width, camera.height)
-        self.arbiter = Arbiter(4, 2, burst=burst)
-        self.control = BufferControl(buffers, round(window * camera.frame_seconds * clock_hz))
+        self.line_reader = LineReader(memory_map, burst=burst)
+        self.arbiter = Arbiter(4, 3, burst=burst)
+        self.control = BufferControl(memory_map.buffers, round(window * camera.frame_seconds * clock_hz))
         self.setup_hz = setup_hz or clock_hz
         self.setups = {role: ChipSetup(chip, self.setup_hz, bus_hz) for role, chip in SETUPS.items()}
         self.registers = register_map(config, camera.height, rig)
@@ -252,6 +255,16 @@ class StereoSystem(wiring.Component):
             display.shown_valid.eq(shown.shown_valid), display.mode.eq(settings.show), display.colour.eq(settings.colour),
             display.clear.eq(clear),
             *(getattr(self, name).eq(getattr(display, name)) for name in ("red", "green", "blue", "de", "hsync", "vsync")),
+        ]
+
+        # Lines of a kept pair to the host.
+        m.submodules.line_reader = line_reader = self.line_reader
+        wiring.connect(m, line_reader.port, next(pairs))
+        wiring.connect(m, serial.line, line_reader.i)
+        wiring.connect(m, line_reader.o, serial.byte)
+        m.d.comb += [
+            control.keep.eq(settings.keep), status.kept.eq(control.kept),
+            *(to.eq(buffer) for to, buffer in zip(line_reader.buffer, (control.kept_left, control.kept_right, control.kept_slot))),
         ]
 
         # Chips.

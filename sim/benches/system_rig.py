@@ -11,7 +11,20 @@ from cocotb.clock import Clock
 from cocotb.triggers import RisingEdge, Timer
 from numpy.typing import NDArray
 
-from golden.host.protocol import BAUD, FRAME_BYTES, FRAME_SECONDS, Operation, Request, Status, encode_request, first_reply
+from golden.host.blocks import line_bytes
+from golden.host.protocol import (
+    BAUD,
+    CRC_BYTES,
+    FRAME_BYTES,
+    FRAME_SECONDS,
+    Operation,
+    Request,
+    Status,
+    block_bits,
+    decode_block,
+    encode_request,
+    first_reply,
+)
 from golden.host.registers import register_map
 from golden.matcher.matcher import disparities
 from golden.pictures.scenes import scene
@@ -182,16 +195,40 @@ class Rig:
         """Write a register."""
         assert await self.ask(Operation.WRITE, name, value) == value
 
+    async def block(self, plane: int, line: int) -> bytes | Status:
+        """A line of a kept picture, or why there is none; its CRC must be right."""
+        self.host.received.clear()
+        self.host.send(encode_request(Request(Operation.BLOCK, plane, line)))
+        length = line_bytes(self.camera.width)
+        wanted = FRAME_BYTES
+        for _ in range(2 * block_bits(length) * UART_CYCLES):
+            await self.exchange()
+            received = bytes(self.host.received)
+            if len(received) == FRAME_BYTES:
+                reply = first_reply(received)
+                assert reply and reply.address == plane
+                if reply.status is not Status.OK:
+                    return reply.status
+                wanted = FRAME_BYTES + length + CRC_BYTES
+            if len(received) == wanted:
+                data = decode_block(plane, line, received[FRAME_BYTES:])
+                assert data is not None, f"the CRC of line {line} is wrong"
+                return data
+        raise TimeoutError(f"no block of line {line}")
+
     # The monitor.
 
     def golden(self, pair: tuple[NDArray[Any], NDArray[Any]], settings: dict[str, Any]) -> NDArray[np.uint8]:
         """The monitor's picture of a pair."""
+        left, _ = self._rectified(pair, settings)
+        return monitor_picture(self.labels(pair, settings), left, self.display, settings["mode"], settings["colour"], self.config.labels)
+
+    def labels(self, pair: tuple[NDArray[Any], NDArray[Any]], settings: dict[str, Any]) -> NDArray[Any]:
+        """Disparities of a pair without fraction, counted from the minimum."""
         config = self.config.with_settings(settings)
         left, right = self._rectified(pair, settings)
         right = apply(right, *settings["balance"])
-        # Labels are disparities without fraction, counted from the minimum.
-        labels = np.floor(disparities(left, right, config)).astype(int) - config.minimum
-        return monitor_picture(labels, left, self.display, settings["mode"], settings["colour"], self.config.labels)
+        return np.floor(disparities(left, right, config)).astype(int) - config.minimum
 
     @staticmethod
     def _rectified(pair: tuple[NDArray[Any], NDArray[Any]], settings: dict[str, Any]) -> tuple[NDArray[Any], NDArray[Any]]:

@@ -10,6 +10,7 @@ import cocotb
 import numpy as np
 from cocotb.triggers import ClockCycles
 
+from golden.host.protocol import Status
 from golden.host.registers import IDENTITY
 from golden.rig.balance import GAIN_ONE
 from golden.rig.config import MapsInUse
@@ -29,6 +30,10 @@ STALLS = tuple((clock, 500) for clock in range(20_000, 2_000_000, 3_777))
 #: Counters that stay 0 with any timing of the memory within its bounds.
 NEVER = ("matcher_error", "display_underflows", "pictures_abandoned",
          *(f"{side}_{what}" for side in SIDES for what in ("dropped", "overflow", "skipped", "rejected")))
+
+
+#: Lines that are read of each picture of a kept pair: all of the left one.
+LINES = range(24), (0, 11, 23), (0, 1, 12, 23)
 
 
 async def start(dut, stalls=()):
@@ -97,6 +102,42 @@ async def pictures(dut):
         await ClockCycles(dut.clk, 2000 if level == 0 else 300)
     await ClockCycles(dut.clk, 6000)
     assert await rig.read("display_frames") < 5 < frames
+
+
+@cocotb.test()
+async def grab(dut):
+    """A kept pair is read line by line while the system runs on: the pair as the cameras sent it, with its disparities, whatever comes."""
+    rig = await start(dut)
+    assert await rig.block(0, 0) is Status.NOT_KEPT
+    rig.change()
+    await rig.shows()
+    await rig.write("keep", 1)
+    await rig.until_reads("kept", 1)
+    pair, pairs = rig.pair, await rig.read("pairs")
+    expected = (*pair, rig.labels(pair, rig.settings))
+    for number, lines in enumerate(LINES):
+        # Other scenes, which the monitor shows, before and while a picture is read.
+        for _ in range(4):
+            rig.change()
+            await rig.shows()
+        rig.change()
+        for line in lines:
+            assert list(await rig.block(number, line)) == expected[number][line].tolist(), (number, line)
+    await rig.shows()
+    assert rig.cut == 0
+    assert await rig.read("pairs") - pairs > 60
+    assert await rig.block(3, 0) is Status.UNKNOWN_ADDRESS
+    assert await rig.block(1, rig.camera.height) is Status.OUT_OF_RANGE
+
+    # The next one.
+    await rig.write("keep", 0)
+    await rig.until_reads("kept", 0)
+    assert await rig.block(0, 0) is Status.NOT_KEPT
+    await rig.write("keep", 1)
+    await rig.until_reads("kept", 1)
+    assert list(await rig.block(1, 7)) == rig.pair[1][7].tolist()
+    for name in (*NEVER, "left_unpaired", "right_unpaired", "uart_errors"):
+        assert await rig.read(name) == 0, name
 
 
 @cocotb.test()

@@ -29,6 +29,11 @@ def test_pictures(folder, size):
     run_small(folder, "pictures", size=size)
 
 
+def test_grab(folder):
+    """A pair that is kept and read while the system runs."""
+    run_small(folder, "grab", size="small fused")
+
+
 # Slow: loading maps takes long; the rectifier's benches load them, and miss lines, too.
 @pytest.mark.slow
 def test_maps(folder):

@@ -51,6 +51,8 @@ def test_demands_by_hand():
     # Two buffers: a frame's time less the window. Three: a whole frame's time.
     assert Budget(window=0.7).reading_seconds == pytest.approx(0.3 * 0.040)
     assert Budget(memory_map=MemoryMap(buffers=3), window=0.7).reading_seconds == pytest.approx(0.040)
+    # Of three, one is of a kept pair.
+    assert Budget(memory_map=MemoryMap(buffers=3), window=0.7, kept=1).reading_seconds == pytest.approx(0.3 * 0.040)
     # 1344 pixels of 65 MHz a line.
     assert Budget(display=DISPLAYS["1024x768"]).demands[-1].words_per_second == pytest.approx(2 * 45 * 65e6 / 1344)
 
@@ -59,21 +61,21 @@ def test_depths_by_hand():
     budget = Budget()
     pace = 1 / budget.efficiency
     assert pace == pytest.approx(2.016, abs=1e-3)
-    # 7 * 16 * 2.016 = 225.8, and 7500 + 3 + 30.
-    assert budget.latency_clocks(7500) == 226 + 7533
-    # 103.45 us: one line of 64 us, 45 words, and 39.45 us of the next one, 533 pixels of 13.5 MHz, 34 words.
+    # 8 * 16 * 2.016 = 258.1, and 7500 + 3 + 30.
+    assert budget.latency_clocks(7500) == 259 + 7533
+    # 103.89 us: one line of 64 us, 45 words, and 39.89 us of the next one, 539 pixels of 13.5 MHz, 34 words.
     assert budget.camera_depth == 16 + 45 + 34 + 1
-    # Three lines of 32 us, 135 words, and 7.45 us, 202 pixels of 27 MHz, 13 words.
-    assert budget.display_depth == 16 + 2 * (135 + 13) + 1
-    # Five lines of 20.68 us, and 0.07 us: 4 pixels.
-    assert Budget(display=DISPLAYS["1024x768"]).display_depth == 16 + 2 * (225 + 1) + 1
-    # 259 clocks, a word in 16.16 of them.
-    assert budget.matcher_depth == 16 + 17 + 1
+    # Three lines of 32 us, 135 words, and 7.89 us, 214 pixels of 27 MHz, 14 words.
+    assert budget.display_depth == 16 + 2 * (135 + 14) + 1
+    # Five lines of 20.68 us, and 0.51 us: 34 pixels.
+    assert Budget(display=DISPLAYS["1024x768"]).display_depth == 16 + 2 * (225 + 3) + 1
+    # 292 clocks, a word in 16.16 of them.
+    assert budget.matcher_depth == 16 + 19 + 1
 
 
 def test_depths_of_a_whole_line():
     """A stall that ends within the blanking: the line under way counts whole, not more."""
-    timing = MemoryTiming(stall_clocks=75 * 60 - 226 - 33)
+    timing = MemoryTiming(stall_clocks=75 * 60 - 259 - 33)
     assert Budget(timing=timing).camera_depth == 16 + 45 + 1
 
 

@@ -208,26 +208,27 @@ def test_no_byte_is_taken_in_a_block():
     assert bytes(received) == expected
 
 
-REGISTERS = register_map(MatcherConfig(max_width=16, method=changed(OnePass(), u1=1)), 4)
 FRAME_BITS = 30
 
 
-def chip(**options):
-    simulated = SimulatedChip(REGISTERS, frame_seconds=FRAME_BITS / BAUD, **options)
-    simulated.planes = noise(16, 4, 1, pictures=3)
-    simulated.write(encode_request(Request(Operation.WRITE, REGISTERS["keep"].address, 1)))
+def chip(width=16, **options):
+    registers = register_map(MatcherConfig(max_width=width, method=changed(OnePass(), u1=1)), 4)
+    simulated = SimulatedChip(registers, frame_seconds=FRAME_BITS / BAUD, **options)
+    simulated.planes = noise(width, 4, 1, pictures=3)
+    simulated.write(encode_request(Request(Operation.WRITE, registers["keep"].address, 1)))
     assert decode_reply(simulated.read(FRAME_BYTES, 2e-3)).status is Status.OK
     return simulated
 
 
-def test_time_of_a_line():
+@pytest.mark.parametrize("width", [16, pytest.param(720, marks=pytest.mark.slow)])    # 117,440 clocks
+def test_time_of_a_line(width):
     """Request, reply and block take as many bits as golden says, but for less than one."""
-    simulated = chip()
+    simulated = chip(width)
     expected = block_answer(simulated.planes, 4, encode_request(block(2, 3)))
     before = simulated.line.cycle
     simulated.write(encode_request(block(2, 3)))
     assert simulated.read(len(expected), 0.1) == expected
-    assert abs(simulated.line.cycle - before - 16 * block_bits(16)) < 16
+    assert abs(simulated.line.cycle - before - 16 * block_bits(width)) < 16
 
 
 # All kinds of noise take several seconds.

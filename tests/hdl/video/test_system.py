@@ -63,7 +63,9 @@ def system(*args, **options):
 
 def test_sizes_follow_from_the_parameters():
     fast, slow = system(STREAMING, DISPLAY), system(SEQUENTIAL, DISPLAY)
-    assert (fast.memory_map.buffers, slow.memory_map.buffers) == (2, 3)
+    # One more than needed, for a kept pair.
+    assert (fast.memory_map.buffers, slow.memory_map.buffers) == (3, 4)
+    assert (fast.control.buffers, fast.budget.buffers, slow.budget.buffers) == (3, 2, 3)
     assert fast.depths == {"left_camera": fast.budget.camera_depth, "right_camera": fast.budget.camera_depth,
                            "pair": fast.budget.matcher_depth, "picture": fast.budget.matcher_depth, "display": fast.budget.display_depth}
     assert fast.control.window_clocks == 5 / 8 * 75_000_000 / 25
@@ -78,11 +80,11 @@ def test_window_reaches_all_that_depends_on_it():
     frame = PAL.frame_seconds
     wide = system(STREAMING, DISPLAY, window=0.75)
     assert wide.control.window_clocks == 0.75 * 75_000_000 / 25
-    assert (wide.memory_map.buffers, wide.budget.window, wide.budget.reading_seconds) == (2, 0.75, 0.25 * frame)
+    assert (wide.memory_map.buffers, wide.budget.window, wide.budget.reading_seconds) == (3, 0.75, 0.25 * frame)
     # The matcher takes 0.14 of a frame: with a wider window three buffers are needed, and it then has a whole one.
     wider = system(STREAMING, DISPLAY, window=0.9)
     assert 0.1 * frame < wider.budget.matcher_seconds < 0.25 * frame
-    assert (wider.memory_map.buffers, wider.control.buffers, wider.budget.reading_seconds) == (3, 3, frame)
+    assert (wider.memory_map.buffers, wider.control.buffers, wider.budget.reading_seconds) == (4, 4, frame)
     for window in (0, 1):
         with refused_components(), pytest.raises(ValueError, match=f"window of a pair must be above 0 and below 1 frame, not {window}"):
             StereoSystem(STREAMING, DISPLAY, window=window)
