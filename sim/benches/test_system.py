@@ -29,6 +29,8 @@ def test_pictures(folder, size):
     run_small(folder, "pictures", size=size)
 
 
+# Slow: a kept pair, block reads and their reader have tests of their own.
+@pytest.mark.slow
 def test_grab(folder):
     """A pair that is kept and read while the system runs."""
     run_small(folder, "grab", size="small fused")
