@@ -46,7 +46,7 @@ STALLS = [0.0, 0.4]
 async def start(dut):
     """Clock, reset; all inputs are 0, except the number of labels in use."""
     for name in INPUTS:
-        getattr(dut, name).value = CONFIG.labels_in_use if name.endswith("__in_use") else 0
+        getattr(dut, name).value = CONFIG.labels_in_use if name.endswith("_in_use") else 0
     dut.rst.value = 1
     cocotb.start_soon(Clock(dut.clk, 10, "ns").start())
     await ClockCycles(dut.clk, 3)

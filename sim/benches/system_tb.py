@@ -65,11 +65,12 @@ async def pictures(dut):
     assert await rig.read("identity") == IDENTITY
     assert await rig.read("in_use") == rig.config.labels
     minimums = (-1, 5) if "minimum" in rig.config.settings else ()
+    weight = "u3" if "u3" in rig.config.settings else "above_share"
     for name, value, setting in (
             *(("minimum", value, {"minimum": value}) for value in minimums),
             ("show", 1, {"mode": DisplayMode.LEFT}), ("show", 2, {"mode": DisplayMode.BOTH}), ("colour", 1, {"colour": True}),
-            ("show", 0, {"mode": DisplayMode.DISPARITY}), ("u3", 60, {"u3": 60}), ("in_use", 5, {"in_use": 5})):
-        rig.change(scene=name in ("show", "u3", "minimum"), **setting)
+            ("show", 0, {"mode": DisplayMode.DISPARITY}), (weight, 5, {weight: 5}), ("in_use", 5, {"in_use": 5})):
+        rig.change(scene=name in ("show", weight, "minimum"), **setting)
         await rig.write(name, value)
         await rig.shows()
     assert rig.cut == 0

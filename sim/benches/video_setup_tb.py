@@ -26,7 +26,7 @@ async def start(dut):
     await ClockCycles(dut.clk, 3)
     buses = {name: I2cBus(model, rise_ns=300) for name, (_, model) in chips.items()}
     for name, (chip, _) in chips.items():
-        cocotb.start_soon(cocotb_bus(buses[name], dut, prefix=f"{name}__", pins=chip.pins))
+        cocotb.start_soon(cocotb_bus(buses[name], dut, prefix=f"{name}_", pins=chip.pins))
     dut.rst.value = 0
     return [model for _, model in chips.values()], list(buses.values())
 

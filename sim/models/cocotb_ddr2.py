@@ -23,7 +23,7 @@ def _word(value: Any, be: int) -> int:
 
 
 async def serve(dut: Any, name: str, memory: LocalMemory, clock: Any = None) -> None:
-    """Run in the background (``cocotb.start_soon``): the memory at the local bus whose ports begin with ``name__``.
+    """Run in the background (``cocotb.start_soon``): the memory at the local bus whose ports begin with ``name_``.
 
     ``clock`` is ``dut.clk`` by default. Start it before the reset ends; unknown requests count as none.
     """

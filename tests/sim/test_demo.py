@@ -134,5 +134,5 @@ def test_verilog(tmp_path):
     pytest.importorskip("skimage", reason="scikit-image, which carries the Motorcycle pair, is not installed")
     assert demo.main(["--output", str(tmp_path)]) == 0
     report = json.loads((tmp_path / "report.json").read_text())
-    assert report["mismatches"] == 0 and report["clocks_per_pixel"] < 1.02
+    assert report["mismatches"] == 0 and report["clocks_per_pixel"] < 1.04
     assert report["seconds"] < 180
