@@ -33,11 +33,23 @@ _ENABLED = "-cell $_DFFE_?P??_ r -cell $_SDFFE_?P??_ r"
 _SYNTHESIS = """
 # synthesis for the ECP5
 read_rtlil design.il
-synth_ecp5 {options} -top {top} -run begin:map_ffs
+synth_ecp5 {options} -top {top} -run begin:coarse
+{multipliers}
+synth_ecp5 {options} -top {top} -run coarse:map_ffs
 dfflegalize -minsrst 24 -mince 24 -cell $_DFF_?_ 01 -cell $_DFF_?P?_ r -cell $_SDFF_?P?_ r -cell $_DFFE_??_ 01 {more}
 opt_clean
 {tables}
 """
+# Where the device has too few multipliers for all products, narrow ones are tables; it has the wide ones only if those fit.
+_WIDE_ONLY = """
+proc
+flatten
+opt_expr
+opt_clean
+wreduce
+techmap -map +/mul2dsp.v -map +/lattice/dsp_map_18x18.v {limits} -D DSP_NAME=$__MUL18X18
+chtype -set $mul t:$__soft_mul
+""".format(limits=" ".join(f"-D DSP_{side}_{limit}" for side in "AB" for limit in ("MAXWIDTH=18", "MINWIDTH=9")))
 # Tables are mapped by ABC9, which knows the delays of carry chains; by ABC, where Yosys 0.70 fails to read the result of ABC9, as happens
 # with designs of some 80,000 registers and tables.
 _ABC9 = "synth_ecp5 {options} -top {top} -run map_ffs: -json design.json"
@@ -63,7 +75,7 @@ class Clock:
     """Clock rate and worst path.
 
     ``path``: from register to register, the names of the source along the path, with ``logic`` and ``routing`` in ns.
-    ``cells``: placed cells by type. ``soft_multipliers``: multipliers are tables, because the device has too few.
+    ``cells``: placed cells by type. ``soft_multipliers``: all multipliers, or the narrow ones, are tables, because the device has too few.
     """
     mhz: float
     path: tuple[str, ...]
@@ -127,10 +139,11 @@ def _synthesise(folder: Path, top: str, report: Callable[[str], None]) -> tuple[
 
     Memories are made of blocks as long as there are any: memories of tables need whole tiles, which logic could use.
     """
-    options, tables = {"-nolutram"}, _ABC9
+    options, tables, multipliers = {"-nolutram"}, _ABC9, ""
     while True:
         given = " ".join(sorted(options))
-        script = _SYNTHESIS.format(top=top, more=_ENABLED, options=given, tables=tables.strip().format(top=top, options=given))
+        script = _SYNTHESIS.format(top=top, more=_ENABLED, options=given, multipliers=multipliers,
+                                   tables=tables.strip().format(top=top, options=given))
         try:
             run_yosys(Tool.PYOSYS, script, folder, report)
         except RuntimeError:
@@ -139,7 +152,9 @@ def _synthesise(folder: Path, top: str, report: Callable[[str], None]) -> tuple[
             tables = _ABC
             continue
         types = Counter(cell.kind for cell in read_netlist(folder / "design.json")[top].cells.values())
-        if types["MULT18X18D"] > _DEVICE_MULTIPLIERS and "-nodsp" not in options:
+        if types["MULT18X18D"] > _DEVICE_MULTIPLIERS:
+            # All products in tables, but the wide ones; those too, if they are still too many.
+            multipliers = "" if "-nodsp" in options else _WIDE_ONLY
             options.add("-nodsp")
         elif types["DP16KD"] > _DEVICE_MEMORIES and "-nolutram" in options:
             options.remove("-nolutram")
