@@ -4,8 +4,9 @@ import json
 
 import pytest
 
-from hdl.netlist import Netlist, read_netlist
-from hdl.resources.clock import _plan, _selection, _worst_path, our_name
+from hdl.netlist import Cell, Netlist, read_netlist
+from hdl.resources import clock
+from hdl.resources.clock import _plan, _selection, _synthesise, _worst_path, our_name
 
 
 @pytest.mark.parametrize("name, ours", [
@@ -28,6 +29,26 @@ def test_worst_path():
             step("logic", 0.25, "$x", "$x"), step("routing", 1, "$x", "b_TRELLIS_FF_Q", "b_TRELLIS_FF_Q_DI"),
         ]}]}
     assert _worst_path(report, "clk") == (("a", "b"), 0.75, 3)
+
+
+@pytest.mark.parametrize("found, soft", [
+    ([(156, 208)], False), ([(157, 1), (64, 1)], True), ([(400, 1), (200, 1), (0, 300), (0, 208)], True)])
+def test_device_with_too_few_multipliers(found, soft, tmp_path, monkeypatch):
+    """First narrow products become tables, then all; memories of tables only where blocks do not suffice."""
+    scripts = []
+
+    def netlist(path):
+        multipliers, memories = found[len(scripts) - 1]
+        cells = {f"{kind}_{n}": Cell(kind, {}) for kind, count in (("MULT18X18D", multipliers), ("DP16KD", memories)) for n in range(count)}
+        return {"top": Netlist({}, cells, {})}
+
+    monkeypatch.setattr(clock, "run_yosys", lambda tool, script, folder, report: scripts.append(script))
+    monkeypatch.setattr(clock, "read_netlist", netlist)
+    types, of_tables = _synthesise(tmp_path, "top", print)
+    assert (types["MULT18X18D"], types["DP16KD"], of_tables, len(scripts)) == (*found[-1], soft, len(found))
+    assert ["mul2dsp" in script for script in scripts] == [False, True, False, False][:len(found)]
+    assert ["-nodsp" in script for script in scripts] == [False, True, True, True][:len(found)]
+    assert ["-nolutram" in script for script in scripts] == [True, True, True, False][:len(found)]
 
 
 def register(q):
