@@ -89,6 +89,12 @@ if __name__ == "__main__":
 """
 
 
+def _heed_signals():
+    """A shell in the background ignores SIGINT, and ``nohup`` SIGHUP, and what they start inherits that."""
+    for number in (signal.SIGINT, signal.SIGHUP):
+        signal.signal(number, signal.SIG_DFL)
+
+
 # Slow: SIGHUP to one process, as SIGTERM is sent.
 @pytest.mark.parametrize("to_all, number, told", [
     (True, signal.SIGINT, "interrupted"), (False, signal.SIGINT, "interrupted"), (True, signal.SIGHUP, "ended by SIGHUP"),
@@ -99,7 +105,7 @@ def test_signal(tmp_path, number, told, to_all):
     notes = [tmp_path / "left", tmp_path / "right"]
     process = subprocess.Popen([sys.executable, "slow.py", *map(str, notes)], cwd=tmp_path, stderr=subprocess.PIPE, text=True,
                                start_new_session=True, env=os.environ | {"PYTHONPATH": str(ROOT)},
-                               preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL))
+                               preexec_fn=_heed_signals)
     end = time.monotonic() + 60
     while not all(note.exists() for note in notes) and time.monotonic() < end:
         time.sleep(0.05)
