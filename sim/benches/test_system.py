@@ -81,7 +81,8 @@ def test_full_size(tmp_path, capsys):
 @pytest.mark.parametrize("arguments, told", [
     (["one.png"], "LEFT and RIGHT are two pictures, not 1"), (["--frames", "0"], "--frames must be at least 1, not 0"),
     (["--frames", "2", "--faults"], "choose one"), (["none.png", "none.png"], "none.png"),
-    (["a.png", "b.png", "--faults"], "LEFT and RIGHT"),
+    (["a.png", "b.png", "--faults"], "LEFT, RIGHT and --mounted are for the full size"),
+    (["--mounted", "--frames", "2"], "LEFT, RIGHT and --mounted are for the full size"),
 ])
 def test_bad_input(arguments, told, tmp_path, capsys):
     assert main([*arguments, "--output", str(tmp_path / "out")]) == 2

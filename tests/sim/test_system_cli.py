@@ -18,7 +18,8 @@ def simulated(monkeypatch):
         assert str(told) == REPORT and not told.exists()
         told.write_text(json.dumps([{"fault": "a fault", "counter": "a_counter", "count": 3, "frames": 2}]))
 
-    def full(size, pair, folder):
+    def full(size, pair, folder, *, pairs):
+        assert pairs == 1
         (folder / "full.v").touch()
         return {name: 1.0 for name in ("finished", "started", "clocks", "words_read", "words_written", "seconds")} | {
             "finished": 2.0}, np.zeros((576, 720, 3), np.uint8)

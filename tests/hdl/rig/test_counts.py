@@ -16,7 +16,7 @@ SMALL = {"rectifier": lambda: Rectifier(40, 32, 22), "balance": lambda: Balance(
 # Logic elements, memory bits, M9K blocks, 9x9 multipliers, without those of the blocks inside.
 COUNTS: dict[str, dict[str, tuple[int, int, int, int]]] = {
     "rectifier": {
-        "rectifier": (409, 0, 0, 0),
+        "rectifier": (407, 0, 0, 0),
         "rectifier.flag_delay": (6, 0, 0, 0),
         "rectifier.gain_delay": (33, 322, 1, 0),
         "rectifier.left_map": (307, 576, 1, 0),
@@ -26,7 +26,7 @@ COUNTS: dict[str, dict[str, tuple[int, int, int, int]]] = {
         "rectifier.left_ring.bank_10": (8, 1760, 1, 0),
         "rectifier.left_ring.bank_11": (8, 1760, 1, 0),
         "rectifier.queue.fifo": (66, 589, 1, 0),
-        "rectifier.reader": (236, 0, 0, 0),
+        "rectifier.reader": (240, 0, 0, 0),
         "rectifier.right_map": (307, 576, 1, 0),
         "rectifier.right_ring": (402, 0, 0, 4),
         "rectifier.right_ring.bank_00": (8, 1760, 1, 0),
@@ -34,7 +34,7 @@ COUNTS: dict[str, dict[str, tuple[int, int, int, int]]] = {
         "rectifier.right_ring.bank_10": (8, 1760, 1, 0),
         "rectifier.right_ring.bank_11": (8, 1760, 1, 0),
         "rectifier.weight_delay": (21, 182, 1, 0),
-        "rectifier.writer": (158, 0, 0, 0),
+        "rectifier.writer": (151, 0, 0, 0),
     },
     "balance": {
         "balance": (509, 2048, 1, 0),
