@@ -225,7 +225,7 @@ def test_board_of_the_method_fused(tmp_path, monkeypatch):
     assert main(["--board", "cyclone3", "--method", "fused", "--sub-pixel", *FEW, "--output", str(tmp_path)]) == 0
     told = manifest(tmp_path)
     assert (told["parameters"]["method"], told["parameters"]["disparity_scale"], told["board"]) == ("fused", 8, "cyclone3")
-    assert set(told["files"]) == {"stereo.v", "stereo.qpf", "stereo.qsf", "stereo.sdc", "README.md"}
+    assert set(told["files"]) == {"stereo.v", "stereo.qpf", "stereo.qsf", "stereo.sdc", "README.md", "check_ddr2.tcl"}
 
 
 def test_weights_and_width_reach_the_verilog(folders):
