@@ -30,9 +30,8 @@ demo: setup
 test: setup
 	@$(WITH_BIN) $(RUN) -m pytest $(PARALLEL)
 
-# Under 90 seconds on two cores: the benches on Verilog and the simulations of whole matchers and of video are left to `make test`.
-QUICK := tests/test_style.py tests/test_repository.py golden tests/golden tests/boards tests/hdl/parts tests/hdl/host tests/hdl/matcher/sequential \
-	tests/hdl/matcher/test_methods.py tests/hdl/matcher/test_settings.py
+# Under 90 seconds on two cores: benches on Verilog, boards and simulations of whole matchers, of video and of the host's line are left to `make test`.
+QUICK := tests/test_style.py tests/test_repository.py golden tests/golden tests/hdl/parts tests/hdl/matcher/sequential tests/hdl/matcher/test_settings.py
 
 quick: setup
 	@$(WITH_BIN) $(RUN) -m pytest $(PARALLEL) $(QUICK)
