@@ -3,16 +3,15 @@
 from collections.abc import Mapping
 
 from amaranth import *
-from amaranth.lib import stream, wiring
+from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
 from golden.config import MatcherConfig, Setting
 from golden.rig.balance import GAIN_ONE, GAINS, OFFSETS
 from golden.rig.config import RigConfig
 
-from .matcher.matcher import Matcher
+from .matcher.matcher import Matcher, matcher_ports
 from .matcher.settings import setting_ports, setting_shape
-from .matcher.stream import DisparityWord, PixelPair
 from .rig.balance import BalanceMode
 from .rig.stages import RigStages
 
@@ -83,14 +82,10 @@ class RectifiedMatcher(wiring.Component):
         self.matcher = Matcher(config)
         of_stages = self.stages.signature.members
         super().__init__({
-            "i": In(stream.Signature(PixelPair())),
-            "o": Out(stream.Signature(DisparityWord(config))),
+            **matcher_ports(config),
             **{name: In(setting_shape(setting)) for name, setting in self.rig_settings.items()},
-            **setting_ports(config),
             **{name: In(of_stages[name].shape) for name in self.LOADING},
             **{name: Out(of_stages[name].shape) for name in self.STATUS},
-            "error": Out(1),
-            "clear": In(1),
         })
 
     @property

@@ -3,8 +3,11 @@
 import argparse
 import sys
 import tempfile
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
+from typing import TypedDict
+
+from rich.progress import Progress, TaskID
 
 from golden.cli import Parser, add_gateware_options, gateware_config, progress
 from golden.config import MatcherConfig
@@ -50,6 +53,18 @@ def _run(argv: Sequence[str] | None) -> int:
     return _mounted(options, pairs) if options.mounted else _published(options, pairs)
 
 
+class _Reports(TypedDict):
+    """Functions that a simulation tells what it does, and how many lines it has done."""
+    stage: Callable[[str], None]
+    progress: Callable[[int], None]
+
+
+def _reports(bar: Progress, task: TaskID, name: str, before: int) -> _Reports:
+    """Of the pair ``name``, before which so many lines were done."""
+    return {"stage": lambda text: bar.update(task, description=f"{name}: {text}"),
+            "progress": lambda lines: bar.update(task, completed=before + lines)}
+
+
 def _published(options: argparse.Namespace, pairs: Sequence[StereoPair]) -> int:
     """The pairs as they are published; the exit status."""
     figures: Figures = {}
@@ -60,16 +75,9 @@ def _published(options: argparse.Namespace, pairs: Sequence[StereoPair]) -> int:
         done = 0
         for pair in pairs:
             config = gateware_config(options, pair.disparities, max_width=pair.left.shape[1])
-
-            def stage(text: str, name: str = pair.name) -> None:
-                bar.update(task, description=f"{name}: {text}")
-
-            def lines_done(lines: int, before: int = done) -> None:
-                bar.update(task, completed=before + lines)
-
             with tempfile.TemporaryDirectory(prefix="evaluate-") as work:
-                result = simulate(config, [pair.left], [pair.right], simulator=options.simulator, work_dir=Path(work), stage=stage,
-                                  progress=lines_done)
+                result = simulate(config, [pair.left], [pair.right], simulator=options.simulator, work_dir=Path(work),
+                                  **_reports(bar, task, pair.name, done))
             done += pair.left.shape[0]
             wrong += mismatches(result, 0, pair.left, pair.right, config)
             disparity = in_pixels(result.fields[0]["disparity"], config)
@@ -94,17 +102,10 @@ def _mounted(options: argparse.Namespace, pairs: Sequence[StereoPair]) -> int:
         task = bar.add_task("", total=FRAMES * sum(pair.left.shape[0] for pair in pairs))
         for pair in pairs:
             config = gateware_config(options, pair.disparities, max_width=pair.left.shape[1])
-
-            def stage(text: str, name: str = pair.name) -> None:
-                bar.update(task, description=f"{name}: {text}")
-
-            def lines_done(lines: int, before: int = done) -> None:
-                bar.update(task, completed=before + lines)
-
             try:
                 with tempfile.TemporaryDirectory(prefix="evaluate-") as work:
-                    result = simulate_mounted(pair, config, Mounting(), simulator=options.simulator, work_dir=Path(work), stage=stage,
-                                              progress=lines_done)
+                    result = simulate_mounted(pair, config, Mounting(), simulator=options.simulator, work_dir=Path(work),
+                                              **_reports(bar, task, pair.name, done))
             except ValueError as error:
                 raise UserError(f"{pair.name}: {error}") from None
             done += FRAMES * pair.left.shape[0]

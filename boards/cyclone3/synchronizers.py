@@ -26,14 +26,18 @@ def _stages(count: int, width: int, *, reset_less: bool = False) -> list[Signal]
             for number in range(count)]
 
 
+def _check(synchronizer: FFSynchronizer | AsyncFFSynchronizer) -> None:
+    if synchronizer._max_input_delay is not None:
+        raise ValueError("a synchroniser's greatest input delay is a constraint of the project: leave max_input_delay out")
+
+
 def ff_synchronizer(synchronizer: FFSynchronizer) -> Module:
     """Registers in place of an ``FFSynchronizer``, with the same latency and initial value.
 
     Bits that start as 1 are stored inverted: the device's registers start as 0, and Quartus would have to move an inverter through
     registers that it must leave alone.
     """
-    if synchronizer._max_input_delay is not None:
-        raise NotImplementedError("a synchroniser's greatest input delay is a constraint of the project: leave max_input_delay out")
+    _check(synchronizer)
     m = Module()
     width = len(synchronizer.i)
     start = Const(synchronizer._init, width)
@@ -49,8 +53,7 @@ def async_ff_synchronizer(synchronizer: AsyncFFSynchronizer) -> Module:
 
     The device's registers have a clear but no preset, so the output is the last one's inverse.
     """
-    if synchronizer._max_input_delay is not None:
-        raise NotImplementedError("a synchroniser's greatest input delay is a constraint of the project: leave max_input_delay out")
+    _check(synchronizer)
     m = Module()
     m.domains += ClockDomain("cleared", async_reset=True, local=True)
     m.d.comb += [

@@ -4,7 +4,7 @@ from typing import Any
 
 from amaranth import *
 from amaranth.lib import stream, wiring
-from amaranth.lib.wiring import In, Out
+from amaranth.lib.wiring import In, Member, Out
 
 from golden.config import Arithmetic, MatcherConfig
 
@@ -14,11 +14,22 @@ from .settings import held_settings, setting_ports
 from .stream import DisparityWord, PixelPair
 
 
-__all__ = ["Matcher"]
+__all__ = ["Matcher", "matcher_ports"]
 
 
 # Cycles that a line takes beyond its pixels in the line store.
 _LINE_STORE_CLOCKS = 1
+
+
+def matcher_ports(config: MatcherConfig) -> dict[str, Member]:
+    """Members of :class:`Matcher`, and of what stands in its place."""
+    return {
+        "i": In(stream.Signature(PixelPair())),
+        "o": Out(stream.Signature(DisparityWord(config))),
+        **setting_ports(config),
+        "error": Out(1),
+        "clear": In(1),
+    }
 
 
 class Matcher(wiring.Component):
@@ -55,13 +66,7 @@ class Matcher(wiring.Component):
         self.engine = parts.engine
         rows = max(part.rows for part in (*parts.stages, parts.engine))
         self.line_store = LineStore(config, lines_below=parts.engine.lines_below, rows=rows)
-        super().__init__({
-            "i": In(stream.Signature(PixelPair())),
-            "o": Out(stream.Signature(DisparityWord(config))),
-            **setting_ports(config),
-            "error": Out(1),
-            "clear": In(1),
-        })
+        super().__init__(matcher_ports(config))
 
     @property
     def clocks_per_pixel(self) -> int:

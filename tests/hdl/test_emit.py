@@ -9,7 +9,7 @@ from amaranth.lib.wiring import In, Out
 
 from golden.config import Arithmetic, MatcherConfig, OnePass
 from golden.errors import UserError
-from hdl.emit import emit_rtlil, verilog_text, write_verilog
+from hdl.emit import _plain_ports, emit_rtlil, verilog_text, write_verilog
 from hdl.matcher.sequential.smooth import LookUpTable
 from hdl.netlist import read_netlist
 from hdl.yosys import Tool, run_yosys
@@ -189,6 +189,7 @@ def test_netlist_is_that_of_the_text(tmp_path):
     """Ports and instances of the netlist are those that another Yosys reads from the Verilog, except for names that are not plain."""
     pytest.importorskip("pyosys", reason="pyosys, which reads Verilog, is not installed")
     emitted = emit_rtlil(rtlil.convert(Outer(), name="outer", emit_src=False))
+    assert _plain_ports(emitted.verilog) == verilog_text(Outer(), name="outer")
     (tmp_path / "outer.v").write_text(emitted.verilog)
     run_yosys(Tool.PYOSYS, "read_verilog outer.v\nhierarchy -top outer\nproc\nwrite_json outer.json\n", tmp_path)
     read = read_netlist(tmp_path / "outer.json")

@@ -113,7 +113,7 @@ def test_signal(tmp_path, number, told, to_all):
         os.killpg(process.pid, number)
     else:
         process.send_signal(number)
-    assert process.communicate(timeout=60)[1] == f"prog: {told}\n" and process.returncode == 128 + number
+    assert process.communicate(timeout=20)[1] == f"prog: {told}\n" and process.returncode == 128 + number
     end = time.monotonic() + 20
     with pytest.raises(ProcessLookupError):     # the group is empty
         while time.monotonic() < end:
