@@ -22,6 +22,8 @@ from golden.video.bandwidth import Budget, MemoryTiming
 from golden.video.formats import DISPLAYS, PAL
 
 from .emit import port_name, verilog_text
+from .interfaces.choice import add_interface_option, check_interface
+from .interfaces.cores import INTERFACES
 from .keywords import reserved
 from .matcher.framed import FramedMatcher
 from .matcher.matcher import Matcher
@@ -40,7 +42,7 @@ FRAMES_PER_SECOND = 25  # PAL
 
 def ports_of(component: Component) -> dict[str, tuple[str, int]]:
     """Ports of the emitted module: name to direction and width in bits."""
-    ports = {} if "clk" in component.signature.members else {"clk": ("input", 1), "rst": ("input", 1)}
+    ports = {} if {"clk", "aclk"} & set(component.signature.members) else {"clk": ("input", 1), "rst": ("input", 1)}
     for path, member, value in component.signature.flatten(component):
         ports[port_name(path)] = ("input" if member.flow is Flow.In else "output", len(Value.cast(value)))
     return ports
@@ -97,11 +99,17 @@ class _Build(NamedTuple):
         return max(of_budget, self.matcher.frame_clocks(width, height))
 
 
-def _build_core(name: str, config: MatcherConfig, height: int, rig: RigConfig | None, frame_timing: bool) -> _Build:
-    matcher = RectifiedMatcher(config, height, rig) if rig else Matcher(config)
-    component = FramedMatcher(config, matcher) if frame_timing else matcher
+def _build_core(name: str, config: MatcherConfig, height: int, rig: RigConfig | None, frame_timing: bool, interface: str) -> _Build:
+    about: dict[str, Any] = {"interface": "frame timing" if frame_timing else interface}
+    if interface in INTERFACES:
+        component: Component = (with_bus := INTERFACES[interface](config, height))
+        matcher: Matcher | RectifiedMatcher = with_bus.matcher
+        about |= with_bus.about
+    else:
+        matcher = RectifiedMatcher(config, height, rig) if rig else Matcher(config)
+        component = FramedMatcher(config, matcher) if frame_timing else matcher
     files = {f"{name}.v": verilog_text(component, name=name)}
-    about = {"payloads": fields_of(component), **about_rig(rig), **({"pixel_order": PIXEL_ORDER} if rig else {})}
+    about |= {"payloads": fields_of(component), **about_rig(rig), **({"pixel_order": PIXEL_ORDER} if rig else {})}
     return _Build(name, matcher, files, ports_of(component), about)
 
 
@@ -131,6 +139,7 @@ def _run(argv: Sequence[str] | None) -> int:
     parser.add_argument("--memory-clock", type=int, metavar="MHZ",
                         help="with --board: clock of the memory, if the board offers several; the matcher has the clock of its controller")
     parser.add_argument("--frame-timing", action="store_true", help="with --core: frame timing signals instead of the stream of pixels")
+    add_interface_option(parser)
     parser.add_argument("--name", metavar="NAME", help="with --core: of the top module and its file; sub-modules are NAME_and_more, so "
                         f"that several cores live in one design (default: {DEFAULT_NAME})")
     parser.add_argument("--output", type=Path, metavar="DIR", help="default: build/core, or build/ and the board's name")
@@ -154,6 +163,7 @@ def _run(argv: Sequence[str] | None) -> int:
     if board and (options.width, options.height) != (PAL.width, PAL.height):
         raise UserError(f"the cameras of --board send pictures of {PAL.width}x{PAL.height} pixels, not {options.width}x{options.height}; "
                         "leave --width and --height out, or choose --core")
+    check_interface(options)
     display = options.display or DEFAULT_DISPLAY
     if display not in DISPLAYS:
         raise UserError(f"there is no display format {display!r}; choose one of: {', '.join(DISPLAYS)}")
@@ -164,7 +174,8 @@ def _run(argv: Sequence[str] | None) -> int:
 
     with Console(stderr=True).status("writing Verilog"):
         build = (_build_board(config, board, display, clock_mhz, rig) if board else
-                 _build_core(options.name or DEFAULT_NAME, config, options.height, rig, options.frame_timing))
+                 _build_core(options.name or DEFAULT_NAME, config, options.height, rig, options.frame_timing,
+                             options.interface))
     files, matcher = build.files, build.matcher
     needed = round(FRAMES_PER_SECOND * build.frame_clocks(options.width, options.height) / 1e6, 2)
     about = {**build.about, "clock_mhz_for_25_frames": needed, "files": sorted(files)}

@@ -13,7 +13,8 @@ from ..video.setup_steps import TFP410, TVP5154, Chip, Failure
 from .protocol import Operation, Reply, Status, decode_request
 
 
-__all__ = ["COUNT_MAX", "IDENTITY", "SETUPS", "VERSION", "Kind", "Register", "RegisterMap", "answer", "register_map"]
+__all__ = ["COUNT_MAX", "IDENTITY", "SETUPS", "VERSION", "Kind", "Register", "RegisterMap", "access", "answer", "register_map",
+           "setting_registers"]
 
 
 #: Value of ``identity``: "SG" in ASCII.
@@ -193,7 +194,7 @@ def _setup_status() -> Iterator[tuple[str, str, Mapping[int, str]]]:
         yield f"{role}_reason", "why it failed", {failure.value: failure.text for failure in Failure}
 
 
-def _settings(config: MatcherConfig) -> Iterator[Register]:
+def setting_registers(config: MatcherConfig) -> Iterator[Register]:
     """The settings of the configuration's matcher."""
     others = iter(_OTHER_SETTINGS)
     for name, setting in config.settings.items():
@@ -294,7 +295,7 @@ def register_map(config: MatcherConfig | None = None, height: int = 576, rig: Ri
         constant("lead", 0x06, config.lead, "columns by which the right picture is ahead: minimum may be as low as minus these", "columns"),
         constant("rectify_lines", 0x07, rig.lines if rig else 0, "that each rectifier holds; 0 without rectification and balance", "lines"),
         constant("method", 0x05, methods.index(config.method.name), "method built in", words=dict(enumerate(methods))),
-        *_settings(config),
+        *setting_registers(config),
         setting("show", 0x14, 0, {0: "disparity", 1: "left", 2: "both"}, "which picture the monitor shows"),
         setting("colour", 0x15, 0, {0: "grey", 1: "colour"}, "how disparities are shown"),
         setting("keep", 0x80, 0, _NO_YES, "whether the next pair is kept in memory, for block reads"),
@@ -318,6 +319,39 @@ def register_map(config: MatcherConfig | None = None, height: int = 576, rig: Ri
     ), key=lambda register: register.address)))
 
 
+def access(registers: RegisterMap, values: Mapping[str, int], address: int, value: int | None = None) -> tuple[Status, int, dict[str, int]]:
+    """What a read or a write does, whichever bus or line it is received from.
+
+    Parameters
+    ----------
+    registers : RegisterMap
+    values : mapping
+        Register name to its value; the reset value if there is none.
+    address : int
+    value : int or None
+        The value to be written; ``None`` for a read.
+
+    Returns
+    -------
+    status : Status
+        ``OK``, ``UNKNOWN_ADDRESS``, ``READ_ONLY`` or ``OUT_OF_RANGE``.
+    value : int
+        The value read or written; 0 unless the status is ``OK``.
+    written : dict
+        The value written, by the name of the setting or action; empty if nothing was written.
+    """
+    register = registers.at(address)
+    if register is None:
+        return Status.UNKNOWN_ADDRESS, 0, {}
+    if value is None:
+        return Status.OK, values.get(register.name, register.reset), {}
+    if not register.writable:
+        return Status.READ_ONLY, 0, {}
+    if not register.minimum <= value <= register.maximum:
+        return Status.OUT_OF_RANGE, 0, {}
+    return Status.OK, value, {register.name: value}
+
+
 def answer(registers: RegisterMap, values: Mapping[str, int], frame: bytes) -> tuple[Reply, dict[str, int]]:
     """The chip's reaction to a request; of a block read :func:`golden.host.blocks.block_answer` has the reply.
 
@@ -338,18 +372,9 @@ def answer(registers: RegisterMap, values: Mapping[str, int], frame: bytes) -> t
     request = decode_request(frame)
     if request is None:
         return Reply(Status.BAD_SUM, frame[2]), {}
-    register = registers.at(request.address)
-    status, value, written = Status.OK, request.value, {}
     if request.operation not in (Operation.READ, Operation.WRITE):
-        status = Status.UNKNOWN_OPERATION
-    elif register is None:
-        status = Status.UNKNOWN_ADDRESS
-    elif request.operation == Operation.READ:
-        value = register.encode(values.get(register.name, register.reset))
-    elif not register.writable:
-        status = Status.READ_ONLY
-    elif not register.minimum <= register.decode(value) <= register.maximum:
-        status = Status.OUT_OF_RANGE
-    else:
-        written = {register.name: register.decode(value)}
-    return Reply(status, request.address, value if status is Status.OK else 0), written
+        return Reply(Status.UNKNOWN_OPERATION, request.address), {}
+    register = registers.at(request.address)
+    given = request.value if register is None else register.decode(request.value)
+    status, value, written = access(registers, values, request.address, given if request.operation == Operation.WRITE else None)
+    return Reply(status, request.address, register.encode(value) if register else 0), written

@@ -1,50 +1,27 @@
 """The host's registers and their serial line: settings that the host writes, status and counters that it reads."""
 
 from amaranth import *
-from amaranth.hdl import ShapeLike, ValueLike
 from amaranth.lib import data, stream, wiring
 from amaranth.lib.wiring import In, Out
 
 from golden.host.protocol import BAUD, FRAME_BYTES, FRAME_SECONDS, REPLY_SYNC, REQUEST_SYNC, Operation, Status
-from golden.host.registers import COUNT_MAX, Kind, Register, RegisterMap
+from golden.host.registers import COUNT_MAX, RegisterMap
 
 from ..parts.uart import UartReceiver, UartTransmitter
 from .blocks import BlockPort, BlockRead, LineByte, LineRequest
+from .register_file import AccessPort, RegisterFile, StatusLayout
 
 
-__all__ = ["ActionLayout", "RegisterFile", "SerialRegisters", "SettingLayout", "StatusLayout"]
+__all__ = ["ByteRegisters", "RequestReader", "SerialRegisters"]
 
 
-# The counter that the register file contains, and the action that clears it.
+# The counter that the protocol contains, and the action that clears it.
 _ERRORS = "uart_errors"
 _CLEAR = "clear_counters"
 
 
-def _shape(register: Register) -> ShapeLike:
-    return signed(register.width) if register.signed else register.width
-
-
-class SettingLayout(data.StructLayout):
-    """Each setting under its name."""
-    def __init__(self, registers: RegisterMap):
-        super().__init__({register.name: _shape(register) for register in registers.of(Kind.SETTING)})
-
-
-class ActionLayout(data.StructLayout):
-    """Each action under its name."""
-    def __init__(self, registers: RegisterMap):
-        super().__init__({register.name: 1 for register in registers.of(Kind.ACTION)})
-
-
-class StatusLayout(data.StructLayout):
-    """Each status and each counter of other blocks, under its name."""
-    def __init__(self, registers: RegisterMap):
-        given = [register for register in registers.of(Kind.STATUS, Kind.COUNTER) if register.name != _ERRORS]
-        super().__init__({register.name: _shape(register) for register in given})
-
-
-class RegisterFile(wiring.Component):
-    """Answers the host's requests and holds the settings. Protocol and map: docs/registers.md.
+class RequestReader(wiring.Component):
+    """The protocol of docs/registers.md: requests in, accesses to a register file, replies out.
 
     Golden: :func:`golden.host.registers.answer`; of a block read :func:`golden.host.blocks.block_answer`, with ``block``.
 
@@ -52,8 +29,8 @@ class RegisterFile(wiring.Component):
     are of the same moment. A request is dropped if its next byte is not received within ``timeout`` cycles, or if ``line_error`` tells that
     a byte was lost; after such a pause the next byte is the first one of a request.
 
-    ``uart_errors`` counts skipped bytes, bad sums, time-outs and line errors, at most one a cycle, holds its greatest value, and is set to
-    0 by ``clear_counters``.
+    ``errors`` counts skipped bytes, bad sums, time-outs and line errors, at most one a cycle, holds its greatest value, and is set to 0 by
+    ``clear``.
 
     Timing: a reply begins 3 cycles after the request's last byte was accepted, with the value of the first of these cycles, and is sent a
     byte a cycle; no byte is accepted until all of it is sent, with its block. An action is high in the cycle before the reply begins; a
@@ -61,8 +38,6 @@ class RegisterFile(wiring.Component):
 
     Parameters
     ----------
-    registers : RegisterMap
-        Must contain ``uart_errors`` and ``clear_counters``.
     timeout : int
         Cycles; :data:`golden.host.protocol.FRAME_SECONDS` at the clock's frequency.
 
@@ -72,46 +47,26 @@ class RegisterFile(wiring.Component):
         Bytes from and to the line.
     line_error : In(1)
         One cycle: a byte of the line was lost.
-    settings : Out(SettingLayout(registers))
-        May change in any cycle; to be sampled at the start of a frame.
-    actions : Out(ActionLayout(registers))
-        High for one cycle each.
-    status : In(StatusLayout(registers))
-        May change in any cycle.
+    access : Out(AccessPort(16))
+        To the :class:`hdl.host.register_file.RegisterFile`.
+    clear : In(1)
     errors : Out(range(COUNT_MAX + 1))
-        Value of ``uart_errors``.
     block : Out(BlockPort())
         To the component that carries out block reads.
     """
-    def __init__(self, registers: RegisterMap, timeout: int):
+    def __init__(self, timeout: int):
         if timeout < 2:
-            raise ValueError(f"the time-out of the register file must be at least 2 cycles, not {timeout!r}")
-        for name in (_ERRORS, _CLEAR):
-            if name not in registers:
-                raise ValueError(f"the register map has no {name}, which the register file needs; add it")
-        self.registers = registers
+            raise ValueError(f"the time-out of a request must be at least 2 cycles, not {timeout!r}")
         self.timeout = timeout
         super().__init__({
             "i": In(stream.Signature(8)),
             "o": Out(stream.Signature(8)),
             "line_error": In(1),
-            "settings": Out(SettingLayout(registers), init={register.name: register.reset for register in registers.of(Kind.SETTING)}),
-            "actions": Out(ActionLayout(registers)),
-            "status": In(StatusLayout(registers)),
+            "access": Out(AccessPort(16)),
+            "clear": In(1),
             "errors": Out(range(COUNT_MAX + 1)),
             "block": Out(BlockPort()),
         })
-
-    def _value(self, register: Register) -> ValueLike:
-        """The value that a read of ``register`` returns."""
-        match register.kind:
-            case Kind.CONSTANT:
-                return register.reset
-            case Kind.SETTING:
-                return self.settings[register.name]
-            case Kind.ACTION:
-                return 0
-        return self.errors if register.name == _ERRORS else self.status[register.name]
 
     def elaborate(self, platform: object) -> Module:
         m = Module()
@@ -127,34 +82,15 @@ class RegisterFile(wiring.Component):
 
         # Errors: at most one a cycle is counted.
         error  = Signal()
-        with m.If(self.actions[_CLEAR]):
+        with m.If(self.clear):
             m.d.sync += self.errors.eq(0)
         with m.Elif((error | self.line_error) & ~self.errors.all()):
             m.d.sync += self.errors.eq(self.errors + 1)
 
-        # The register that the request names, a cycle late: address and value hold while the request is carried out.
-        value    = Cat(frame.low, frame.high)
-        found    = Signal(16, reset_less=True)
-        known    = Signal(reset_less=True)
-        writable = Signal(reset_less=True)
-        in_range = Signal(reset_less=True)
-        write    = Signal()
-        m.d.sync += [known.eq(0), writable.eq(0)]
-        with m.Switch(frame.address):
-            for register in self.registers:
-                with m.Case(register.address):
-                    m.d.sync += [known.eq(1), found.eq(self._value(register))]
-                    if register.writable:
-                        number = value.as_signed() if register.signed else value
-                        # Comparisons that are always true are left out.
-                        above = number >= register.minimum if register.minimum else 1
-                        below = number <= register.maximum if register.maximum < COUNT_MAX else 1
-                        m.d.sync += [writable.eq(1), in_range.eq(above & below)]
-                    if register.kind is Kind.SETTING:
-                        with m.If(write):
-                            m.d.sync += self.settings[register.name].eq(value)
-                    elif register.kind is Kind.ACTION:
-                        m.d.comb += self.actions[register.name].eq(write)
+        # Address and value hold while the request is carried out.
+        value  = Cat(frame.low, frame.high)
+        access = self.access
+        m.d.comb += [access.address.eq(frame.address), access.value.eq(value), access.write.eq(frame.second == Operation.WRITE)]
 
         block   = self.block
         follows = Signal()      # a block follows the reply
@@ -197,16 +133,10 @@ class RegisterFile(wiring.Component):
                     m.d.sync += follows.eq(block.start)
                 with m.Elif(~reading & (frame.second != Operation.WRITE)):
                     m.d.comb += status.eq(Status.UNKNOWN_OPERATION)
-                with m.Elif(~known):
-                    m.d.comb += status.eq(Status.UNKNOWN_ADDRESS)
-                with m.Elif(reading):
-                    m.d.sync += [frame.low.eq(found[:8]), frame.high.eq(found[8:])]
-                with m.Elif(~writable):
-                    m.d.comb += status.eq(Status.READ_ONLY)
-                with m.Elif(~in_range):
-                    m.d.comb += status.eq(Status.OUT_OF_RANGE)
                 with m.Else():
-                    m.d.comb += write.eq(1)
+                    m.d.comb += [status.eq(access.status), access.commit.eq(1)]
+                    with m.If(reading):
+                        m.d.sync += Cat(frame.low, frame.high).eq(access.found)
                 m.d.sync += frame.second.eq(status)
                 with m.If(status != Status.OK):
                     m.d.sync += [frame.low.eq(0), frame.high.eq(0)]
@@ -238,8 +168,59 @@ class RegisterFile(wiring.Component):
         return m
 
 
+class ByteRegisters(wiring.Component):
+    """A register file with its protocol: :class:`RequestReader` in front of :class:`hdl.host.register_file.RegisterFile`.
+
+    Golden: :func:`golden.host.registers.answer`; of a block read :func:`golden.host.blocks.block_answer`, with ``block``.
+
+    Parameters
+    ----------
+    registers : RegisterMap
+        Must contain ``uart_errors`` and ``clear_counters``.
+    timeout : int
+        As of :class:`RequestReader`.
+
+    Members
+    -------
+    i, o, line_error, errors, block
+        As of :class:`RequestReader`; ``errors`` is the register ``uart_errors``, which ``clear_counters`` sets to 0.
+    settings, actions
+        As of :class:`RegisterFile`.
+    status : In(StatusLayout(registers, ["uart_errors"]))
+        As of :class:`RegisterFile`.
+    """
+    def __init__(self, registers: RegisterMap, timeout: int):
+        for name in (_ERRORS, _CLEAR):
+            if name not in registers:
+                raise ValueError(f"the register map has no {name}, which the protocol needs; add it")
+        self.reader = RequestReader(timeout)
+        self.register_file = RegisterFile(registers)
+        of_reader, of_file = self.reader.signature.members, self.register_file.signature.members
+        super().__init__({
+            **{name: of_reader[name] for name in ("i", "o", "line_error", "errors", "block")},
+            **{name: of_file[name] for name in ("settings", "actions")},
+            "status": In(StatusLayout(registers, [_ERRORS])),
+        })
+
+    def elaborate(self, platform: object) -> Module:
+        m = Module()
+        m.submodules.reader = reader = self.reader
+        m.submodules.register_file = register_file = self.register_file
+        wiring.connect(m, wiring.flipped(self.i), reader.i)
+        wiring.connect(m, reader.o, wiring.flipped(self.o))
+        wiring.connect(m, reader.block, wiring.flipped(self.block))
+        wiring.connect(m, reader.access, register_file.access)
+        m.d.comb += [
+            reader.line_error.eq(self.line_error), reader.clear.eq(register_file.actions[_CLEAR]), self.errors.eq(reader.errors),
+            self.settings.eq(register_file.settings), self.actions.eq(register_file.actions),
+            *(register_file.status[name].eq(self.status[name]) for name in self.status.shape().members),
+            register_file.status[_ERRORS].eq(reader.errors),
+        ]
+        return m
+
+
 class SerialRegisters(wiring.Component):
-    """The register file with its serial line: receiver, :class:`RegisterFile`, :class:`hdl.host.blocks.BlockRead`, transmitter.
+    """The register file with its serial line: receiver, :class:`ByteRegisters`, :class:`hdl.host.blocks.BlockRead`, transmitter.
 
     Golden: :func:`golden.host.registers.answer` and :func:`golden.host.blocks.block_answer`, encoded as in :mod:`golden.host.protocol`.
 
@@ -261,7 +242,7 @@ class SerialRegisters(wiring.Component):
     rx : In(1), tx : Out(1)
         The pins.
     settings, actions, status
-        As of :class:`RegisterFile`.
+        As of :class:`ByteRegisters`.
     line : Out(stream.Signature(LineRequest()))
         A line of the kept pictures is wanted.
     byte : In(stream.Signature(LineByte()))
@@ -269,7 +250,7 @@ class SerialRegisters(wiring.Component):
     """
     def __init__(self, registers: RegisterMap, clock_hz: int, baud: int = BAUD, *, frame_seconds: float = FRAME_SECONDS):
         self.receiver = UartReceiver(clock_hz, baud)
-        self.register_file = RegisterFile(registers, round(clock_hz * frame_seconds))
+        self.register_file = ByteRegisters(registers, round(clock_hz * frame_seconds))
         self.block_read = BlockRead(registers["height"].reset)
         self.transmitter = UartTransmitter(clock_hz, baud)
         members = self.register_file.signature.members

@@ -9,7 +9,7 @@ from cocotb.triggers import ClockCycles, RisingEdge
 
 from golden.host.protocol import FRAME_BYTES, Operation, Reply, Request, Status, decode_reply, encode_request
 from golden.host.registers import register_map
-from hdl.host.registers import SettingLayout, StatusLayout
+from hdl.host.register_file import SettingLayout, StatusLayout
 from sim.kit.cases import pack
 from sim.models.uart import UartHost
 
@@ -17,6 +17,7 @@ from sim.models.uart import UartHost
 BIT_CYCLES = int(os.environ["BIT_CYCLES"])
 FRAME_BITS = int(os.environ["FRAME_BITS"])
 REGISTERS = register_map()
+STATUS = StatusLayout(REGISTERS, ["uart_errors"])
 
 
 async def start(dut, **options):
@@ -53,8 +54,8 @@ async def ask(dut, host, request):
 @cocotb.parametrize(mismatch=[-0.03, 0.0, 0.03])
 async def registers(dut, mismatch):
     host = await start(dut, mismatch=mismatch)
-    status = {register: random.Random(register).getrandbits(REGISTERS[register].width) for register in StatusLayout(REGISTERS).members}
-    dut.status.value = pack(StatusLayout(REGISTERS), status)
+    status = {register: random.Random(register).getrandbits(REGISTERS[register].width) for register in STATUS.members}
+    dut.status.value = pack(STATUS, status)
     for name in ("left_camera_fill", "decoder_step", "pairs"):
         assert await ask(dut, host, Request(Operation.READ, REGISTERS[name].address)) == Reply(
             Status.OK, REGISTERS[name].address, status[name])

@@ -25,7 +25,7 @@ from golden.host.protocol import (
 from golden.host.registers import register_map
 from golden.video.memory_map import MemoryMap, Plane
 from hdl.host.blocks import BlockRead, crc_step
-from hdl.host.registers import RegisterFile
+from hdl.host.registers import ByteRegisters
 from hdl.video.arbiter import Arbiter
 from hdl.video.line_read import LineReader
 from sim.kit.cases import noise
@@ -75,7 +75,7 @@ class System:
                     self.planes.append(picture)
         self.height = height
         self.registers = register_map(MatcherConfig(max_width=max(width, 16), method=OnePass()), height)
-        self.file = RegisterFile(self.registers, 50)
+        self.file = ByteRegisters(self.registers, 50)
         self.read = BlockRead(height)
         self.reader = LineReader(self.memory_map, burst=4)
         self.arbiter = Arbiter(1, 2, burst=4)

@@ -23,24 +23,27 @@ from golden.host.protocol import (
 )
 from golden.host.registers import COUNT_MAX, Kind, RegisterMap, answer, register_map
 from golden.rig.config import RigConfig
-from hdl.host.registers import ActionLayout, RegisterFile, SettingLayout, StatusLayout
+from hdl.host.register_file import ActionLayout, RegisterFile, SettingLayout, StatusLayout
+from hdl.host.registers import ByteRegisters
 from sim.kit.streams import check_rules, receive, run_stream, send
+from tests.kit import refused_components
 
 
 # A setting may be negative.
 REGISTERS = register_map(MatcherConfig(labels=20, max_width=300, minimum=-16, method=changed(FUSED_1, u1=1, u2=2, u3=3)), 200, RigConfig())
+STATUS = StatusLayout(REGISTERS, ["uart_errors"])
 TIMEOUT = 50
 READ_U1 = encode_request(Request(Operation.READ, REGISTERS["u1"].address))
 
 
 def register_file():
-    return RegisterFile(REGISTERS, TIMEOUT)
+    return ByteRegisters(REGISTERS, TIMEOUT)
 
 
 def random_status(rng):
     """Every status input, many at their least and greatest."""
     given = {}
-    for name in StatusLayout(REGISTERS).members:
+    for name in STATUS.members:
         maximum = REGISTERS[name].maximum
         given[name] = int(rng.choice([0, maximum, rng.integers(0, maximum + 1)]))
     return given
@@ -276,7 +279,7 @@ def test_errors_stay_at_their_greatest_and_are_cleared():
     dut = register_file()
 
     async def testbench(ctx):
-        ctx.set(dut.errors, COUNT_MAX - 1)
+        ctx.set(dut.reader.errors, COUNT_MAX - 1)
         for expected in (COUNT_MAX, COUNT_MAX, COUNT_MAX):
             await put(ctx, dut, b"\0")
             assert ctx.get(dut.errors) == expected
@@ -337,27 +340,29 @@ def test_actions_and_parameters_change_before_the_reply():
 
 
 def test_layouts():
-    assert "uart_errors" not in StatusLayout(REGISTERS).members
-    assert len(StatusLayout(REGISTERS).members) + 1 == len(REGISTERS.of(Kind.STATUS, Kind.COUNTER))
-    for layout in (StatusLayout, SettingLayout, ActionLayout):
-        for name, width in layout(REGISTERS).members.items():
+    assert "uart_errors" not in STATUS.members
+    assert len(STATUS.members) + 1 == len(REGISTERS.of(Kind.STATUS, Kind.COUNTER))
+    for layout in (STATUS, SettingLayout(REGISTERS), ActionLayout(REGISTERS)):
+        for name, width in layout.members.items():
             register = REGISTERS[name]
             assert Shape.cast(width) == Shape(register.width, register.signed)
 
 
 def test_bad_arguments():
-    with pytest.raises(ValueError, match=r"at least 2 cycles, not 1$"):
-        RegisterFile(REGISTERS, 1)
+    with refused_components(), pytest.raises(ValueError, match=r"at least 2 cycles, not 1$"):
+        ByteRegisters(REGISTERS, 1)
+    with refused_components(), pytest.raises(ValueError, match=r"at least 16 bits, not 8$"):
+        RegisterFile(REGISTERS, 8)
     for name in ("uart_errors", "clear_counters"):
         registers = RegisterMap(tuple(register for register in REGISTERS if register.name != name))
         with pytest.raises(ValueError, match=f"no {name}"):
-            RegisterFile(registers, 100)
+            ByteRegisters(registers, 100)
 
 
 def test_extra_register_is_answered():
     """The map is data: a register more needs nothing else."""
     extra = replace(REGISTERS["decoder_step"], name="extra", address=0xEE, maximum=500)
-    dut = RegisterFile(RegisterMap((*REGISTERS, extra)), TIMEOUT)
+    dut = ByteRegisters(RegisterMap((*REGISTERS, extra)), TIMEOUT)
 
     async def testbench(ctx):
         ctx.set(dut.status.extra, 499)
