@@ -62,19 +62,20 @@ stop() { echo "$$*" >&2; exit 1; }
 echo "Installing the Python packages into $$VENV: 150 MB to download at first, 600 MB on disk."
 test -x "$$VENV/bin/pip" || "$$PYTHON" -m venv "$$VENV" 2>/dev/null || "$$PYTHON" -m virtualenv --quiet "$$VENV" ||
     stop "A virtual environment cannot be made in $$VENV with $$PYTHON."
-"$$VENV/bin/python" -m pip install --quiet --disable-pip-version-check --editable ".[demo,sim,resources,console,lab,test]" ||
+"$$VENV/bin/python" -m pip install --quiet --disable-pip-version-check --editable ".[demo,sim,resources,console,registers,lab,test]" ||
     stop "The Python packages cannot be installed into $$VENV; pip's reason is above."
 touch "$$VENV/.installed"
 endef
 export INSTALL
 
 # Verilator compiles with g++ and is started by a Perl script; cocotb loads Python as a shared library into the simulator. A board's script
-# for Quartus is Tcl.
+# for Quartus is Tcl. GHDL analyses the VHDL of --package vhdl; mcode is its smallest kind, 20 MB with its libraries.
 define DEBIAN
 missing() {
     command -v g++ >/dev/null || echo g++
     command -v iverilog >/dev/null || echo iverilog
     command -v tclsh >/dev/null || echo tcl
+    command -v ghdl >/dev/null || echo ghdl-mcode
     perl -MPod::Usage -e 1 2>/dev/null || echo perl
     if ! command -v "$$PYTHON" >/dev/null; then
         echo python3-venv libpython3-dev

@@ -16,6 +16,8 @@ from golden.cli import Parser
 from golden.config import MatcherConfig
 from golden.errors import UserError, run_cli
 from golden.files import atomic, check_folder, output_folder, remove_stale
+from golden.host.core_registers import WORD_BYTES
+from golden.host.registers import register_map
 from golden.rig.config import RigConfig
 from golden.tables import print_table
 from golden.video.bandwidth import Budget, MemoryTiming
@@ -28,6 +30,8 @@ from .keywords import reserved
 from .matcher.framed import FramedMatcher
 from .matcher.matcher import Matcher
 from .options import add_design_options, add_rig_options, design_config, rig_config
+from .packages.core import Core, RegisterSpace
+from .packages.registry import add_package_option, chosen_packages, package_files, project_version
 from .rectified import PIXEL_ORDER, RectifiedMatcher
 
 
@@ -85,13 +89,21 @@ def manifest_of(name: str, matcher: Matcher | RectifiedMatcher, ports: Mapping[s
 
 
 class _Build(NamedTuple):
-    """A design to be written: ``about`` has the entries of the manifest beyond the matcher's parameters."""
+    """A design to be written: ``about`` has the entries of the manifest beyond the matcher's parameters, ``space`` the host's registers."""
     top: str
     matcher: Matcher | RectifiedMatcher
     files: dict[str, str]
     ports: dict[str, tuple[str, int]]
     about: dict[str, Any]
     budget: Budget | None = None
+    space: RegisterSpace | None = None
+
+    @property
+    def packed(self) -> Core:
+        """The core as packages describe it."""
+        config = self.matcher.config
+        description = f"Stereo matcher, method {config.method.name}, {config.labels} disparities, lines of up to {config.max_width} pixels"
+        return Core(self.top, project_version(), description, sorted(self.files), self.ports, self.about.get("payloads", {}), self.space)
 
     def frame_clocks(self, width: int, height: int) -> int:
         """Cycles that a frame takes, with all that is in front of the matcher."""
@@ -101,16 +113,18 @@ class _Build(NamedTuple):
 
 def _build_core(name: str, config: MatcherConfig, height: int, rig: RigConfig | None, frame_timing: bool, interface: str) -> _Build:
     about: dict[str, Any] = {"interface": "frame timing" if frame_timing else interface}
+    space = None
     if interface in INTERFACES:
         component: Component = (with_bus := INTERFACES[interface](config, height))
         matcher: Matcher | RectifiedMatcher = with_bus.matcher
         about |= with_bus.about
+        space = RegisterSpace(with_bus.core.registers, WORD_BYTES, f"Registers of the core {name} with the interface {interface}")
     else:
         matcher = RectifiedMatcher(config, height, rig) if rig else Matcher(config)
         component = FramedMatcher(config, matcher) if frame_timing else matcher
     files = {f"{name}.v": verilog_text(component, name=name)}
     about |= {"payloads": fields_of(component), **about_rig(rig), **({"pixel_order": PIXEL_ORDER} if rig else {})}
-    return _Build(name, matcher, files, ports_of(component), about)
+    return _Build(name, matcher, files, ports_of(component), about, space=space)
 
 
 def _build_board(config: MatcherConfig, board: Board, display_name: str, clock_mhz: float, rig: RigConfig | None) -> _Build:
@@ -127,7 +141,9 @@ def _build_board(config: MatcherConfig, board: Board, display_name: str, clock_m
         "memory_words_per_second": {"used": round(core.budget.used), "available": round(core.budget.available)},
         "board": board.name, **about_rig(rig),
     }
-    return _Build(project.name, core.matcher, project.files, project.ports, about, core.budget)
+    space = RegisterSpace(register_map(config, PAL.height, rig), 2,
+                          f"Registers of the system on the board {board.name}: an offset is twice the address on the serial line")
+    return _Build(project.name, core.matcher, project.files, project.ports, about, core.budget, space)
 
 
 def _run(argv: Sequence[str] | None) -> int:
@@ -143,6 +159,7 @@ def _run(argv: Sequence[str] | None) -> int:
     parser.add_argument("--name", metavar="NAME", help="with --core: of the top module and its file; sub-modules are NAME_and_more, so "
                         f"that several cores live in one design (default: {DEFAULT_NAME})")
     parser.add_argument("--output", type=Path, metavar="DIR", help="default: build/core, or build/ and the board's name")
+    add_package_option(parser)
     add_design_options(parser)
     add_rig_options(parser)
     options = parser.parse_args(argv)
@@ -168,6 +185,7 @@ def _run(argv: Sequence[str] | None) -> int:
     if display not in DISPLAYS:
         raise UserError(f"there is no display format {display!r}; choose one of: {', '.join(DISPLAYS)}")
     rig = rig_config(options, bool(board))
+    packages = chosen_packages(options, board=bool(board), registers=bool(board) or options.interface in INTERFACES)
     folder = options.output or Path("build") / (board.name if board else "core")
     # Before minutes of work; made only when there is something to be written.
     check_folder(folder)
@@ -176,7 +194,7 @@ def _run(argv: Sequence[str] | None) -> int:
         build = (_build_board(config, board, display, clock_mhz, rig) if board else
                  _build_core(options.name or DEFAULT_NAME, config, options.height, rig, options.frame_timing,
                              options.interface))
-    files, matcher = build.files, build.matcher
+    files, matcher = build.files | package_files(packages, build.packed), build.matcher
     needed = round(FRAMES_PER_SECOND * build.frame_clocks(options.width, options.height) / 1e6, 2)
     about = {**build.about, "clock_mhz_for_25_frames": needed, "files": sorted(files)}
     manifest = manifest_of(build.top, matcher, build.ports, options.height, about)

@@ -1,5 +1,6 @@
 """What tests of several rooms share: photographs with ground truth, components that are refused, parameters by turns, what was built."""
 
+import atexit
 import contextlib
 import functools
 import gc
@@ -7,11 +8,12 @@ import json
 import os
 import pathlib
 import re
+import shutil
 import tempfile
 import warnings
 
 import pytest
-from amaranth.hdl import UnusedElaboratable
+from amaranth.hdl import Fragment, UnusedElaboratable
 
 from golden.errors import UserError
 from golden.pictures.dataset import PAIRS, data_folder, load_pair, motorcycle
@@ -98,6 +100,41 @@ def reduced_motorcycle():
 def manifest(folder):
     """What ``hdl.build`` told in a folder."""
     return json.loads((folder / "manifest.json").read_text())
+
+
+@functools.cache
+def packed_core(interface):
+    """Folder of a small core ``left_eye`` with an interface, in all packages that it can have."""
+    from hdl.build import main  # slow to import
+
+    folder = pathlib.Path(tempfile.mkdtemp(prefix="packed-"))
+    atexit.register(shutil.rmtree, folder)
+    packages = ["--package", "fusesoc,quartus,vivado", "--package", "litex,vhdl" + ",registers" * (interface != "stream")]
+    assert main(["--core", "--interface", interface, "--width", "8", "--height", "4", "--disparities", "4", "--name", "left_eye", *packages,
+                 "--output", str(folder)]) == 0
+    return folder
+
+
+@functools.cache
+def packed_ports(interface):
+    """Ports in the Verilog of :func:`packed_core`."""
+    return verilog_ports((packed_core(interface) / "left_eye.v").read_text(), "left_eye")
+
+
+@functools.cache
+def bus_core(interface):
+    """A core ``left_eye`` with buses, as its packages describe it."""
+    from golden.config import MatcherConfig
+    from golden.host.core_registers import WORD_BYTES, core_register_map
+    from hdl.build import fields_of, ports_of
+    from hdl.interfaces.cores import INTERFACES
+    from hdl.packages.core import Core, RegisterSpace
+
+    component = INTERFACES[interface](MatcherConfig(4, 8), 4)
+    Fragment.get(component, None)  # Amaranth complains of a component that is not used
+    space = RegisterSpace(core_register_map(component.config, 4), WORD_BYTES, "Registers of a core")
+    return Core("left_eye", "0.2.0", "Stereo matcher, for a test", ["left_eye.v", "left_eye.vlt"], ports_of(component),
+                fields_of(component), space)
 
 
 def verilog_ports(text, module):

@@ -12,6 +12,7 @@ from amaranth.hdl import Fragment
 from boards.cyclone3 import board
 from boards.cyclone3.check import check_project
 from golden.config import FUSED_1, Arithmetic, MatcherConfig, OnePass, changed
+from golden.host.registers import register_map
 from golden.rig.config import RigConfig
 from golden.video.bandwidth import MemoryTiming
 from golden.video.formats import DISPLAYS
@@ -57,7 +58,7 @@ def given():
 def folders(tmp_path_factory, given):
     """Builds of a board with the sequential engine, of a core with the streaming engine, and of that core with frame timing signals."""
     base = tmp_path_factory.mktemp("builds")
-    assert main([*BOARD, "--output", str(base / "deep" / "board")]) == 0
+    assert main([*BOARD, "--package", "registers", "--output", str(base / "deep" / "board")]) == 0
     assert given == [(DISPLAYS["1024x768"], RigConfig())]
     core = ["--core", *SMALL, "--fraction-bits", "2", "--u1", "7"]
     assert main([*core, "--output", str(base / "core")]) == 0
@@ -66,8 +67,9 @@ def folders(tmp_path_factory, given):
 
 
 def test_files(folders):
-    names = {"stereo": {"stereo.v", "stereo.qpf", "stereo.qsf", "stereo.sdc", "check_ddr2.tcl", "README.md"}, "matcher": {"matcher.v"},
-             "framed": {"matcher.v"}}
+    names = {"stereo": {"stereo.v", "stereo.qpf", "stereo.qsf", "stereo.sdc", "check_ddr2.tcl", "README.md",
+                        "stereo.rdl", "stereo.h", "stereo_registers.py"},
+             "matcher": {"matcher.v"}, "framed": {"matcher.v"}}
     for top, folder in folders.items():
         assert {path.name for path in folder.iterdir()} == names[top] | {"manifest.json"}
         assert set(manifest(folder)["files"]) == names[top]
@@ -79,6 +81,14 @@ def test_ports_are_those_of_the_module(folders, folder, top):
     ports = {name: (port["direction"], port["width"]) for name, port in told["ports"].items()}
     assert told["top"] == top
     assert ports == verilog_ports((folders[folder] / f"{top}.v").read_text(), top)
+
+
+def test_registers_of_the_board(folders):
+    """Are those of its serial line, two bytes each."""
+    text = (folders["stereo"] / "stereo_registers.py").read_text()
+    offsets = {name: int(offset, 16) for name, offset in re.findall(r"(?m)^    '(\w+)': Register\(\n +(\w+),", text)}
+    registers = register_map(MatcherConfig(6, 720, engine="sequential", method=OnePass(Arithmetic.THESIS)), 576, RigConfig())
+    assert offsets == {register.name: 2 * register.address for register in registers}
 
 
 def test_two_cores_in_one_design(tmp_path):
@@ -239,7 +249,7 @@ def test_same_bytes_in_another_process(folders, tmp_path):
     """Whatever that one's environment has for other boards."""
     foreign = {f"AMARANTH_{name}": "mine" for name in ("add_settings", "add_constraints", "nproc", "quartus_map_opts", "verbose")}
     environment = {**os.environ, **foreign, "PYTHONHASHSEED": "123", "AMARANTH_USE_YOSYS": "builtin"}
-    subprocess.run([sys.executable, "-c", WITH_STAND_IN, *BOARD, "--output", tmp_path / "again"], cwd=ROOT,
+    subprocess.run([sys.executable, "-c", WITH_STAND_IN, *BOARD, "--package", "registers", "--output", tmp_path / "again"], cwd=ROOT,
                    env=environment, check=True, capture_output=True)
     first = {path.name: path.read_bytes() for path in folders["stereo"].iterdir()}
     assert {path.name: path.read_bytes() for path in (tmp_path / "again").iterdir()} == first
