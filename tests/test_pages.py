@@ -19,6 +19,7 @@ DOCS = ROOT / "docs"
 # Every page, and the command that writes it.
 COMMANDS = {
     "compare.md": "python -m golden compare --output docs/compare.png --page docs/compare.md",
+    "core_registers.md": "python -m golden.host.register_page --core --output docs/core_registers.md",
     "registers.md": "python -m golden.host.register_page --output docs/registers.md",
     "resources.md": "python -m hdl.resources.tables --clock docs/clock.json",
     "thesis.md": "python -m golden thesis",

@@ -59,9 +59,9 @@ def core_register_map(config: MatcherConfig | None = None, height: int = 576, ma
         Register("clear", 0x20, Kind.ACTION, 1, "sets fault, matcher_error and all counters to 0", minimum=1),
         Register("apply", 0x21, Kind.ACTION, 1, "puts the settings into force, from the next frame on", minimum=1),
         Register("applying", 0x30, Kind.STATUS, 1, "settings wait for the next frame", words=_NO_YES),
-        Register("fault", 0x31, Kind.STATUS, max(Fault), "how a frame first contradicted width and height since clear",
+        Register("fault", 0x31, Kind.STATUS, max(Fault), "how a frame first contradicted width and height",
                  words={fault.value: fault.text for fault in Fault}),
-        Register("matcher_error", 0x32, Kind.STATUS, 1, "a frame was cut since clear", words=_NO_YES),
+        Register("matcher_error", 0x32, Kind.STATUS, 1, "the matcher has received a ragged frame, and cut it", words=_NO_YES),
         Register("frames", 0x40, Kind.COUNTER, COUNT_MAX, "frames output", unit="frames"),
         Register("faults", 0x41, Kind.COUNTER, COUNT_MAX, "contradictions to width and height", unit="events"),
     ), key=lambda register: register.address)))

@@ -1,8 +1,10 @@
-"""`python -m golden.host.register_page --output docs/registers.md`: the page of the register map and of its protocol."""
+"""`python -m golden.host.register_page --output docs/registers.md`: the page of the register map and of its protocol; with `--core` that
+of the core with a bus.
+"""
 
 import sys
 import textwrap
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
 from ..cli import Parser
@@ -11,8 +13,10 @@ from ..errors import run_cli
 from ..files import atomic, check_output
 from ..pages import digest, origin
 from ..rig.config import RigConfig
+from ..video.frame_rule import Fault
 from ..video.memory_map import MemoryMap
 from .blocks import PLANES, line_bytes
+from .core_registers import WORD_BITS, WORD_BYTES, core_register_map
 from .protocol import (
     BAUD,
     CRC_BYTES,
@@ -32,7 +36,7 @@ from .protocol import (
 from .registers import COUNT_MAX, Kind, Register, RegisterMap, register_map
 
 
-__all__ = ["main", "page"]
+__all__ = ["core_page", "main", "page"]
 
 
 _STATUS_TEXT = {
@@ -161,12 +165,12 @@ _SECTIONS = {
 }
 
 
-def _further(registers: RegisterMap) -> list[str]:
+def _further(registers: RegisterMap, map_of: Callable[[MatcherConfig], RegisterMap]) -> list[str]:
     """Settings that other methods have, with the parameters that have them."""
     methods = {name: method() for name, method in METHODS.items()} | {"*recursive-2*": RECURSIVE_2}
     lines, seen = [], {register.name for register in registers}
     for about, method in methods.items():
-        for register in register_map(MatcherConfig(method=method)).of(Kind.SETTING):
+        for register in map_of(MatcherConfig(method=method)).of(Kind.SETTING):
             if register.name not in seen:
                 lines.append(f"{_row(register)} {about} |")
                 seen.add(register.name)
@@ -180,27 +184,88 @@ def _row(register: Register) -> str:
             f"| {register.unit or '-'} | {register.description} |")
 
 
-def page(registers: RegisterMap) -> str:
-    """The page of the map and of the protocol, in Markdown."""
-    lines = ["## Protocol", "", *_protocol()]
-    for kind, (title, about) in _SECTIONS.items():
+def _tables(registers: RegisterMap, sections: Mapping[Kind, tuple[str, str]],
+            map_of: Callable[[MatcherConfig], RegisterMap]) -> list[str]:
+    """The registers by kind, and long lists of values."""
+    lines = []
+    for kind, (title, about) in sections.items():
         lines += ["", f"## {title}", "", _paragraph(about), "",
                   "| address | name | bits | values | reset | unit | meaning |", "|---|---|---:|---|---:|---|---|"]
-        lines += [*map(_row, registers.of(kind)), *(_further(registers) if kind is Kind.SETTING else [])]
+        lines += [*map(_row, registers.of(kind)), *(_further(registers, map_of) if kind is Kind.SETTING else [])]
     for register in registers:
         if register.words and len(register.words) > 1 and not all(word in register.limits for word in register.words.values()):
             lines += ["", f"### Values of `{register.name}`", "", "| value | meaning |", "|---:|---|"]
             lines += [f"| {value} | {word} |" for value, word in register.words.items()]
+    return lines
+
+
+def page(registers: RegisterMap) -> str:
+    """The page of the map and of the protocol, in Markdown."""
+    lines = ["## Protocol", "", *_protocol(), *_tables(registers, _SECTIONS, register_map)]
     head = ["# Registers", "", origin("python -m golden.host.register_page --output docs/registers.md", digest(lines)), ""]
+    return "\n".join(head + lines) + "\n"
+
+
+def core_page(registers: RegisterMap) -> str:
+    """The page of the registers of the core with a bus, in Markdown."""
+    lines = [
+        _paragraph(
+            "The core of `python -m hdl.build --core --interface axi` has these registers behind AXI4-Lite, that of `--interface avalon`",
+            f"behind Avalon-MM. A register is a word of {WORD_BITS} bits. Its address here counts words, as Avalon-MM does;",
+            f"AXI4-Lite has byte addresses, {WORD_BYTES} times as great, of which the two lowest bits are ignored.",
+            "The build's `manifest.json` has the same registers as data, with their byte offsets.",
+            "Settings of the matcher have the addresses that they have on the board ([registers.md](registers.md))."),
+        "",
+        "## Accesses",
+        "",
+        "| access | AXI4-Lite, Avalon-MM |",
+        "|---|---|",
+        "| of a register that there is | `OKAY` |",
+        "| of an address without a register | `DECERR`, and a read gives 0 |",
+        "| a write to what is read-only, or of a value out of range | `SLVERR`, and nothing changes |",
+        "",
+        _paragraph(
+            "Values below 0 are two's complement of 32 bits. Bytes without a strobe keep their value; the limits hold for the whole value.",
+            "A write without any strobe changes nothing. Both channels of AXI4-Lite work at the same time: address and data of a write are",
+            "accepted in any order, and neither reads nor writes wait until the response to the other is accepted.",
+            "On Avalon-MM `response` tells with `readdatavalid` and with `writeresponsevalid`; a host may ignore it."),
+        "",
+        "## Frames",
+        "",
+        _paragraph(
+            "AXI4-Stream marks the start of a frame and the end of each line, Avalon-ST the start and the end of a frame:",
+            "`height`, or `width`, tell the rest. A frame whose marks contradict `width` and `height` sets `fault` and is counted in",
+            "`faults`. It is cut after the faulty line, which is padded with its last pixel if it is short; a frame with a short first",
+            "line is dropped. The rest is dropped up to the next start of a frame, and that frame is exact.",
+            f"{len(Fault) - 1} kinds are told apart. Pixels before the first start of a frame after reset are dropped, and are no fault."),
+        "",
+        _paragraph(
+            "Settings are put into force by `apply`, all together, with the next frame whose first pixel is not offered yet.",
+            "The input waits between two frames until the frames before have begun to be output; `applying` is 1 until then."),
+        *_tables(registers, {
+            Kind.CONSTANT: ("Constants", "Read-only; here those of a matcher of the default size with the method `fused`."),
+            Kind.SETTING: ("Settings", "Read and written; `apply` puts them into force. A core that was built with a negative `minimum` "
+                           "takes any value from there on."),
+            Kind.ACTION: ("Actions", "Write 1; they read as 0."),
+            Kind.STATUS: ("Status", "Read-only; the present state, or since reset or the last `clear`."),
+            Kind.COUNTER: ("Counters", f"Read-only; since reset or the last `clear`. They hold their greatest value, {COUNT_MAX}."),
+        }, core_register_map),
+    ]
+    head = ["# Registers of the core", "",
+            origin("python -m golden.host.register_page --core --output docs/core_registers.md", digest(lines)), ""]
     return "\n".join(head + lines) + "\n"
 
 
 def _run(argv: Sequence[str] | None) -> None:
     parser = Parser(prog="golden.host.register_page", description="Write the page of the register map and its protocol.")
     parser.add_argument("--output", type=Path, required=True, metavar="FILE", help="Markdown, .md")
-    path = check_output(parser.parse_args(argv).output, [".md"])
+    parser.add_argument("--core", action="store_true", help="of the core with a bus, not of the board")
+    options = parser.parse_args(argv)
+    path = check_output(options.output, [".md"])
+    config = MatcherConfig(method=Fused())
+    text = core_page(core_register_map(config)) if options.core else page(register_map(config, rig=RigConfig()))
     with atomic(path) as file:
-        file.write(page(register_map(MatcherConfig(method=Fused()), rig=RigConfig())).encode())
+        file.write(text.encode())
 
 
 def main(argv: Sequence[str] | None = None) -> int:

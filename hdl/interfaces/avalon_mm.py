@@ -24,7 +24,7 @@ class AvalonMemoryMapped(wiring.Component):
     Addresses are of words. ``response`` is valid with ``readdatavalid`` and with ``writeresponsevalid``; a host without responses leaves
     it and ``writeresponsevalid`` open. All outputs are registers.
 
-    Timing: a response is valid 6 cycles after its access was accepted.
+    Timing: a response is valid 7 cycles after its access was accepted.
 
     Members
     -------

@@ -40,7 +40,7 @@ class AxiLite(wiring.Component):
 
     The two lowest bits of an address are ignored. All outputs are registers, or depend on registers only.
 
-    Timing: a response is valid 7 cycles after address and data were accepted, if the other channel is idle.
+    Timing: a response is valid 8 cycles after address and data were accepted, if the other channel is idle.
 
     Members
     -------

@@ -30,7 +30,7 @@ class WordAccess(wiring.Component):
 
     Golden: :func:`golden.host.core_registers.word_access`.
 
-    Timing: a response is valid 4 cycles after its command was accepted; the next command is accepted in the cycle after the response was.
+    Timing: a response is valid 5 cycles after its command was accepted; the next command is accepted in the cycle after the response was.
 
     Members
     -------
