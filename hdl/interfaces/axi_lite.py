@@ -86,21 +86,19 @@ class AxiLite(wiring.Component):
         with m.If(~waits["w"]):
             m.d.sync += [data.eq(self.wdata), strobes.eq(self.wstrb)]
 
-        busy       = Signal()   # an access is carried out
-        writing    = Signal()   # it is a write
-        can_write  = Signal()
-        can_read   = Signal()
-        wrote_last = Signal()
+        busy      = Signal()    # an access is carried out
+        writing   = Signal()    # it is a write
+        can_write = Signal()
+        can_read  = Signal()
         m.d.comb += [
             can_write.eq(waits["aw"] & waits["w"] & ~self.bvalid),
             can_read.eq(waits["ar"] & ~self.rvalid),
             command.p.write.eq(writing), command.p.address.eq(Mux(writing, address["aw"], address["ar"])),
             command.p.data.eq(data), command.p.strobes.eq(strobes),
         ]
-        with m.If(~busy):
-            with m.If(can_write | can_read):
-                chosen = can_write & (~can_read | ~wrote_last)
-                m.d.sync += [busy.eq(1), command.valid.eq(1), writing.eq(chosen), wrote_last.eq(chosen)]
+        # In the cycle after an access its response is offered, so that its channel cannot have the next one: they take turns.
+        with m.If(~busy & (can_write | can_read)):
+            m.d.sync += [busy.eq(1), command.valid.eq(1), writing.eq(can_write)]
         with m.If(command.valid & command.ready):
             m.d.sync += command.valid.eq(0)
 

@@ -11,7 +11,7 @@ from cocotbext.avalon import AvalonFormat, AvalonMMMasterBFM, AvalonSTBus, Avalo
 
 from golden.video.frame_rule import Closes, Fault, ReceivedWord
 from sim.benches.bus_cases import CASES, pauses, pixel_words
-from sim.benches.bus_runs import Host, accesses, contradictions, new_settings, pictures
+from sim.benches.bus_runs import Host, accesses, contradictions, late_settings, new_settings, pictures
 
 
 CASE = CASES[os.environ["CASE"]]
@@ -113,6 +113,11 @@ async def full_rate(dut):
 @cocotb.test(timeout_time=200, timeout_unit="us")
 async def settings_within_a_frame(dut):
     await new_settings(await start(dut, 0.2), {name: register.minimum for name, register in SETTINGS.items()})
+
+
+@cocotb.test(timeout_time=200, timeout_unit="us")
+async def settings_before_the_output(dut):
+    await late_settings(await start(dut), {name: register.minimum for name, register in SETTINGS.items()})
 
 
 @cocotb.test(timeout_time=200, timeout_unit="us")

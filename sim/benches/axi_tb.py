@@ -11,7 +11,7 @@ from cocotbext.axi import AxiLiteBus, AxiLiteMaster, AxiStreamBus, AxiStreamFram
 from golden.host.core_registers import WORD_BYTES
 from golden.video.frame_rule import Closes, Fault, ReceivedWord
 from sim.benches.bus_cases import CASES, pauses, pixel_words
-from sim.benches.bus_runs import Host, accesses, contradictions, new_settings, pictures
+from sim.benches.bus_runs import Host, accesses, contradictions, late_settings, new_settings, pictures
 
 
 CASE = CASES[os.environ["CASE"]]
@@ -92,7 +92,14 @@ async def start(dut, stall=0.0):
 
 @cocotb.test(timeout_time=200, timeout_unit="us")
 async def registers(dut):
-    await accesses(await start(dut, 0.3), 120)
+    """One access after the other; then several reads in flight at a time, which the kit makes of a long one."""
+    host = await start(dut, 0.3)
+    await accesses(host, 120)
+    settings = [register.address for register in host.registers if register.name in ("u1", "u2", "u3")]
+    for value, address in enumerate(settings, 5):
+        await host.write(address, value)
+    data = await host.master.read(WORD_BYTES * settings[0], WORD_BYTES * len(settings))
+    assert data.data == b"".join(value.to_bytes(WORD_BYTES, "little") for value in (5, 6, 7))
 
 
 @cocotb.test(timeout_time=200, timeout_unit="us")
@@ -139,6 +146,11 @@ async def full_rate(dut):
 @cocotb.test(timeout_time=200, timeout_unit="us")
 async def settings_within_a_frame(dut):
     await new_settings(await start(dut, 0.2), {name: register.minimum for name, register in SETTINGS.items()})
+
+
+@cocotb.test(timeout_time=200, timeout_unit="us")
+async def settings_before_the_output(dut):
+    await late_settings(await start(dut), {name: register.minimum for name, register in SETTINGS.items()})
 
 
 @cocotb.test(timeout_time=200, timeout_unit="us")

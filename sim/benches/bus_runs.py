@@ -17,7 +17,7 @@ from hdl.interfaces.axi_lite import BusResponse
 from .bus_cases import BusCase, pixel_words, result_words
 
 
-__all__ = ["Host", "accesses", "contradictions", "new_settings", "pictures"]
+__all__ = ["Host", "accesses", "contradictions", "late_settings", "new_settings", "pictures"]
 
 
 RESPONSES = {Status.OK: BusResponse.OKAY, Status.UNKNOWN_ADDRESS: BusResponse.DECERR}
@@ -27,6 +27,7 @@ class Host(ABC):
     """What drives the ports of a core: a kit's masters, sources and sinks."""
     clock: Any
     source: Any
+    sink: Any
     closes: Closes
 
     @abstractmethod
@@ -140,6 +141,26 @@ async def new_settings(host: Host, settings: dict[str, int]) -> None:
     await sending
     assert await host.get("applying") == 0
     assert await receiving == [result_words(*pair, host.case.config, in_force) for pair, in_force in zip(pairs, ({}, {}, settings))]
+
+
+async def late_settings(host: Host, settings: dict[str, int]) -> None:
+    """Settings wait for a frame that is inside the core and has not begun to be output."""
+    width, height = host.case.config.max_width, 2
+    await host.set(height=height)
+    await host.applied()
+    pairs = host.case.pairs(2, height=height, seed=30)
+    host.sink.pause = True
+    await host.send(pixel_words(*pairs[0], host.closes))
+    await ClockCycles(host.clock, 300)
+    await host.set(**settings, apply=1)
+    sending = cocotb.start_soon(host.send(pixel_words(*pairs[1], host.closes)))
+    await ClockCycles(host.clock, 50)
+    assert await host.get("applying") == 1 and host.accepted == width * height
+    host.sink.pause = False
+    for pair, in_force in zip(pairs, ({}, settings)):
+        assert await host.frame(width, height) == result_words(*pair, host.case.config, in_force)
+    await sending
+    assert await host.get("applying") == 0
 
 
 async def receive(host: Host, width: int, height: int, count: int) -> list[list[list[int]]]:

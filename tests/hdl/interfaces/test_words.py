@@ -135,6 +135,17 @@ def test_axi_latency_and_no_write_without_data():
                 assert 1 + await cycles_until(ctx, bus.bvalid) == 8
             await ctx.tick().repeat(20)
             assert ctx.get(dut.file.settings.width) == 7 and ctx.get(bus.bvalid) and ctx.get(bus.rvalid)
+        # A second read waits, too.
+        ctx.set(bus.araddr, 4 * REGISTERS["height"].address)
+        ctx.set(bus.arvalid, 1)
+        await ctx.tick()
+        ctx.set(bus.arvalid, 0)
+        await ctx.tick().repeat(20)
+        assert ctx.get(bus.rvalid) and ctx.get(bus.rdata) == REGISTERS["width"].reset
+        ctx.set(bus.rready, 1)
+        await ctx.tick()
+        await cycles_until(ctx, bus.rvalid)
+        assert ctx.get(bus.rdata) == REGISTERS["height"].reset
         ctx.set(bus.bready, 1)
         await ctx.tick()
         assert not ctx.get(bus.bvalid)
