@@ -10,6 +10,9 @@ from .core import Bus, Core, Protocol
 __all__ = ["litex_files"]
 
 
+# Of an address on LiteX's main bus, whatever a slave decodes of it.
+_ADDRESS_BITS = 32
+
 # Fields of LiteX's streams that every endpoint has.
 _FLAGS = ("first", "last")
 
@@ -31,8 +34,9 @@ def _bus(core: Core, bus: Bus) -> tuple[str, dict[str, str]]:
             return f"AXIStreamInterface({keywords})", {signal: f"self.{bus.name}.{signal[1:]}" for signal in bus.ports}
         case Protocol.AXI_LITE:
             channels = {signal: next(c for c in ("aw", "ar", "w", "b", "r") if signal.startswith(c)) for signal in bus.ports}
-            return (f"AXILiteInterface(data_width={widths['wdata']}, address_width={widths['awaddr']})",
-                    {signal: f"self.{bus.name}.{channel}.{signal.removeprefix(channel)}" for signal, channel in channels.items()})
+            signals = {signal: f"self.{bus.name}.{channel}.{signal.removeprefix(channel)}" for signal, channel in channels.items()}
+            signals |= {signal: f"{signals[signal]}[:{widths[signal]}]" for signal in ("awaddr", "araddr")}
+            return f"AXILiteInterface(data_width={widths['wdata']}, address_width={_ADDRESS_BITS})", signals
         case Protocol.NATIVE:
             fields = core.payloads.get(bus.ports["payload"]) or {"payload": (0, widths["payload"] - 1)}
             layout = [(field, high - low + 1) for field, (low, high) in fields.items() if field not in _FLAGS]

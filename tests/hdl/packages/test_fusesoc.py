@@ -61,4 +61,5 @@ def test_waivers_make_warnings_errors():
     assert told["filesets"]["waivers"]["files"] == [{"left_eye.vlt": {"file_type": "vlt"}}]
     assert {target: entry["filesets"] for target, entry in told["targets"].items()} == {
         "default": ["rtl"], "lint": ["rtl", "waivers"], "sim": ["rtl"]}
+    assert {entry["toplevel"] for entry in told["targets"].values()} == {"left_eye"}
     assert told["targets"]["lint"]["flow_options"]["verilator_options"] == ["-Wall"]

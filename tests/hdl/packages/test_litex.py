@@ -78,8 +78,35 @@ def test_stream(tmp_path):
 
 def test_axi(tmp_path):
     core = core_class(packed_core("axi") / "left_eye_litex.py")()
-    assert (core.s_axi.address_width, core.s_axi.data_width, core.s_axis.data_width, core.m_axis.data_width) == (10, 32, 16, 8)
-    assert lint(verilog(core, []), (packed_core("axi") / "left_eye.v").read_text(), tmp_path) == (0, "")
+    assert (core.s_axi.address_width, core.s_axi.data_width, core.s_axis.data_width, core.m_axis.data_width) == (32, 32, 16, 8)
+    text = verilog(core, [])
+    assert lint(text, hollow(bus_core("axi")), tmp_path) == (0, "")
+    assert re.search(r"\.aresetn +\(\(?~sys_rst\)?\)", text)
+
+
+def test_registers_on_the_bus_of_a_system():
+    """As docs/integration.md has it."""
+    kind = core_class(packed_core("axi") / "left_eye_litex.py")
+    from litex.build.generic_platform import Pins
+    from litex.build.sim import SimPlatform
+    from litex.soc.integration.soc import SoCRegion
+    from litex.soc.integration.soc_core import SoCMini
+    from migen import ClockDomain
+
+    class System(SoCMini):
+        def __init__(self, platform):
+            super().__init__(platform, clk_freq=1_000_000)
+            self.cd_sys = ClockDomain()
+            self.comb += self.cd_sys.clk.eq(platform.request("clock"))
+            self.matcher = kind(platform)
+            self.bus.add_slave("matcher", self.matcher.s_axi, SoCRegion(origin=0x3000_0000, size=0x400, cached=False))
+
+    platform = SimPlatform("SIM", [("clock", 0, Pins(1))])
+    system = System(platform)
+    system.finalize()
+    assert [Path(path).name for path, *_ in platform.sources] == ["left_eye.v"]
+    text = str(platform.get_verilog(system))
+    assert re.search(r"(?s)^left_eye left_eye\(.*?\.s_axi_awaddr +\(\w+\[9:0\]\)", text, re.MULTILINE)
 
 
 def test_avalon(tmp_path):

@@ -115,7 +115,7 @@ def test_words():
     for value in (-8, 0, 100):
         assert module.decode("minimum", module.encode("minimum", value)) == value
     assert module.encode("minimum", -8) == 2**32 - 8
-    assert module.decode("frames", 65535) == 65535
+    assert module.decode("frames", 65535) == 65535 and module.decode("frames", 2**31) == 2**31
     with pytest.raises(ValueError, match="minimum takes -8 to "):
         module.encode("minimum", -9)
     with pytest.raises(ValueError, match="version is read-only"):
