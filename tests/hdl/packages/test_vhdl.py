@@ -7,8 +7,15 @@ from dataclasses import replace
 
 import pytest
 
+from golden.config import FUSED_1, RECURSIVE_2, MatcherConfig, OnePass
+from golden.rig.config import RigConfig
+from hdl.build import fields_of, ports_of
+from hdl.matcher.framed import FramedMatcher
+from hdl.matcher.matcher import Matcher
+from hdl.packages.core import Core
 from hdl.packages.vhdl import vhdl_files
-from tests.kit import bus_core, packed_core, packed_ports
+from hdl.rectified import RectifiedMatcher
+from tests.kit import bus_core, packed_core, packed_ports, refused_components
 
 
 def ghdl(folder, *arguments):
@@ -53,6 +60,18 @@ def test_component(interface, fields, tmp_path):
                          for port, field, width, low in fields)
     package = (packed_core(interface) / "left_eye_pkg.vhd").read_text()
     assert elaborate(tmp_path, package, design(packed_ports(interface), assertions)) == (0, "")
+
+
+@pytest.mark.parametrize("method", [OnePass(), FUSED_1, RECURSIVE_2], ids=lambda method: method.name)
+def test_names_of_ports(method, tmp_path):
+    """No method, and no stage in front of it, has a port that VHDL does not take as an identifier."""
+    config = MatcherConfig(16, 64, method=method)
+    with refused_components():  # components that are not built
+        for component in (Matcher(config), FramedMatcher(config, RectifiedMatcher(config, 48, RigConfig()))):
+            core = Core("left_eye", "0.2.0", "Of a test", ["left_eye.v"], ports_of(component), fields_of(component))
+            (tmp_path / "left_eye_pkg.vhd").write_text(vhdl_files(core)["left_eye_pkg.vhd"])
+            assert ghdl(tmp_path, "-a", "left_eye_pkg.vhd") == (0, "")
+        del component
 
 
 def test_avalon(tmp_path):
