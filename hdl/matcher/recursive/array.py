@@ -79,7 +79,8 @@ class RecursiveArray(wiring.Component):
     def latency_of(config: MatcherConfig) -> int:
         """Cycles from a step to the label of the pixel whose support it completes."""
         fraction = FractionCell.LATENCY if config.method_as(Recursive).refinement.sub_pixel else 0
-        return RecursiveGroup.SUMS + 1 + RecursiveGroup.total_of(config) + TREE + len(recursive_groups(config)) + fraction
+        to_costs = RecursiveGroup.SUMS + 1 + RecursiveGroup.total_of(config) + RecursiveGroup.LATENCY
+        return to_costs + TREE + len(recursive_groups(config)) + fraction
 
     @staticmethod
     def steps_behind(config: MatcherConfig) -> int:
@@ -89,7 +90,8 @@ class RecursiveArray(wiring.Component):
             return 0
         # Steps that complete no pixel, at a line's start: the one before it, those of the fan, the first column's.
         support = Supports.lag_of(config) + method.propagation.fan + 2
-        return support + RecursiveGroup.LOWER_SUMS + 1 + MeanGroup.latency_of(config) + TREE + len(recursive_groups(config))
+        to_means = RecursiveGroup.LOWER_SUMS + 1 + MeanGroup.latency_of(config) + RecursiveGroup.LATENCY
+        return support + to_means + TREE + len(recursive_groups(config))
 
     def elaborate(self, platform: object) -> Module:
         m = Module()
@@ -145,7 +147,7 @@ class RecursiveArray(wiring.Component):
                 slot.tick.eq(entry.tick), slot.slot.eq(entry.slot),
             ]
             kept_later = later("kept", kept, MeanGroup.latency_of(config), clean=True)
-            m.d.comb += lower.write.eq(later("kept_top", kept_later, TREE + top, clean=True))
+            m.d.comb += lower.write.eq(later("kept_top", kept_later, RecursiveGroup.LATENCY + TREE + top, clean=True))
             inputs |= {
                 "lower_sums": later("lower_sums", lower_supports.sums, RecursiveGroup.LOWER_SUMS, clean=True),
                 "lower_ends": lower_supports.mean, "lower_final": kept_later,
@@ -178,12 +180,12 @@ class RecursiveArray(wiring.Component):
 
         # The label of a right pixel is final once it has passed the top label: `right` as the next pixel advances.
         completed = Signal()
-        completion, right, least = group.final_i.completion, group.right_o, group.least_o
+        completion, right, least = group.final_o.completion, group.right_o, group.least_o
         m.d.sync += completed.eq(completion.complete | completion.leads if config.lead else completion.complete)
         m.d.comb += [self.right.eq(right.least.index), self.right_valid.eq(completed & right.in_picture)]
 
         # The label, with its pixel; the least cost, for the next line.
-        pixel = later("pixel", pixel, total + TREE + top, clean=True)
+        pixel = later("pixel", pixel, total + RecursiveGroup.LATENCY + TREE + top, clean=True)
         m.d.comb += [
             carried.write.eq(pixel.in_picture), carried.column.eq(pixel.column), carried.least.eq(~least.value),
         ]

@@ -90,12 +90,14 @@ class RecursiveGroup(wiring.Component):
     Timing, in cycles after a step at the group: the wave is due after :attr:`WAVE`, ``below`` after :attr:`BELOW`, ``address``,
     ``pixel_least``, ``place`` and ``taps`` as :class:`hdl.matcher.recursive.carried.CarriedGroup` states, ``share`` and ``eighths`` after
     :attr:`SHARE`, ``sums`` after :attr:`SUMS`. ``ends`` is due a cycle after the sums of the last pixel of the support; :meth:`total_of`
-    cycles after it ``final``, with the costs, and ``centre`` :attr:`CENTRE` cycles before; ``least_i`` :data:`TREE` cycles after those,
-    ``least_o`` one more. Every ``_o`` is due at the group above, a cycle later.
+    cycles after it ``final``, and ``centre`` :attr:`CENTRE` cycles before. Every ``_o`` of these is due at the group above, a cycle later.
+    The group registers them all first: the costs are there :attr:`LATENCY` cycle after ``final``; ``least_i`` is due :data:`TREE` cycles
+    after those, ``least_o`` one more; ``right_i``, ``top_i`` and the costs of labels beside are in step with these.
 
     With costs from below: ``lower_sums`` and ``own_write`` are due after :attr:`LOWER_SUMS`, ``lower_address``, ``lower_pixel_least``,
     ``lower_gate``, ``own_address`` and ``lower_share`` as :class:`hdl.matcher.recursive.from_below.FromBelowGroup` states, ``lower_ends``
-    as ``ends``; ``lower_final`` is due with the means, ``lower_least_i`` and ``lower_least_o`` after those as ``least_i`` and ``least_o``.
+    as ``ends``; ``lower_final`` is due with the means, less the registers; ``lower_least_i`` and ``lower_least_o`` after those as ``least_i``
+    and ``least_o``.
 
     Memory: those of :class:`LineBelowGroup`, :class:`CarriedGroup`, :class:`MeanGroup` and :class:`FromBelowGroup`; a ring of shares of
     the costs from above.
@@ -114,8 +116,10 @@ class RecursiveGroup(wiring.Component):
     least_i, least_o : LeastBeside(config)
         Complement of the least cost; the smaller label on a tie. With costs from below ``lower_least_i`` and ``lower_least_o`` of means.
     costs : Out(ArrayLayout(range(data_max + 1), n))
-        ``A``, in step with ``final_i``.
+        ``A``, in step with ``final_o``.
     """
+    # Of the registers for all words that are passed on.
+    LATENCY = 1
     # The costs of two lines, with the share of those from below, and the share of the costs from above meet two cycles after these are
     # there.
     SHARE = CarriedGroup.ABOVE
@@ -147,7 +151,7 @@ class RecursiveGroup(wiring.Component):
 
     @staticmethod
     def total_of(config: MatcherConfig) -> int:
-        """Cycles from the ends of a support to the costs."""
+        """Cycles from the ends of a support to the costs, both in the group's registers."""
         return MeanGroup.latency_of(config) + 1
 
     def elaborate(self, platform: object) -> Module:
@@ -156,23 +160,27 @@ class RecursiveGroup(wiring.Component):
         method = config.method_as(Recursive)
         from_below = method.propagation.from_below
         count = len(self.labels)
+        # The group works with registers of its own: each of their bits reaches hundreds of cells here, but only one of the next group.
         for name in passed_words(config):
             here, onward = getattr(self, f"{name}_i"), getattr(self, f"{name}_o")
             later = Signal.like(here, name=f"{name}_later")     # with a reset: there are control bits among them
             m.d.sync += later.eq(here)
             m.d.comb += onward.eq(later)
+        wave  = Signal(Wave(config, CensusWord(config)))
+        valid = [Signal(name=f"valid{stage}") for stage in range(5)]
+        m.d.comb += wave.valid.eq(valid[0])
+        m.d.sync += Cat(valid).eq(Cat(self.i.valid, *valid))
+        for name in wave.shape().members:
+            if name != "valid":
+                m.d.sync += data_register(m, wave[name], f"wave_{name}").eq(self.i[name])
 
         # The costs of the cells, and those of the line below.
-        valid = [self.i.valid]
-        for stage in range(1, 5):
-            valid.append(Signal(name=f"valid{stage}"))
-            m.d.sync += valid[stage].eq(valid[stage - 1])
         m.submodules.below = below = LineBelowGroup(config, self.labels)
-        m.d.comb += below.i.eq(self.below_i)
-        for n, (label, seen, inside) in enumerate(seen_along(m, self.labels, self.i, self.o)):
+        m.d.comb += below.i.eq(self.below_o)
+        for n, (label, seen, inside) in enumerate(seen_along(m, self.labels, wave, self.o, registered=False)):
             m.submodules[f"label_{label}"] = cell = FusedCell(config)
             m.d.comb += [
-                cell.left.eq(self.i.left), cell.left_census.eq(self.i.left_census),
+                cell.left.eq(wave.left), cell.left_census.eq(wave.left_census),
                 cell.right.eq(seen["right"]), cell.right_census.eq(seen["right_census"]), cell.inside.eq(inside),
                 cell.valid1.eq(valid[1]), cell.valid4.eq(valid[4]), below.cost[n].eq(cell.cost),
             ]
@@ -181,8 +189,8 @@ class RecursiveGroup(wiring.Component):
         # Those from the line above.
         m.submodules.carried = carried = CarriedGroup(config, self.labels)
         m.d.comb += [
-            carried.address.eq(self.address_i), carried.least.eq(self.pixel_least_i), carried.place.eq(self.place_i),
-            carried.taps.eq(self.taps_i), carried.lower_i.eq(self.lower_i), carried.upper_i.eq(self.upper_i),
+            carried.address.eq(self.address_o), carried.least.eq(self.pixel_least_o), carried.place.eq(self.place_o),
+            carried.taps.eq(self.taps_o), carried.lower_i.eq(self.lower_i), carried.upper_i.eq(self.upper_i),
             self.lower_o.eq(carried.lower_o), self.upper_o.eq(carried.upper_o),
         ]
 
@@ -191,30 +199,30 @@ class RecursiveGroup(wiring.Component):
         m.submodules.mean = mean = MeanGroup(config, self.labels, joined_max)
         for n in range(count):
             joined = Signal(range(joined_max + 1), name=f"joined_{n}", reset_less=True)
-            m.d.sync += joined.eq(own[n] + share_of(m, config, f"above_{n}", carried.above[n], self.share_i))
+            m.d.sync += joined.eq(own[n] + share_of(m, config, f"above_{n}", carried.above[n], self.share_o))
             m.d.comb += mean.cost[n].eq(joined)
-        m.d.comb += [mean.sums.eq(self.sums_i), mean.ends.eq(self.ends_i)]
+        m.d.comb += [mean.sums.eq(self.sums_o), mean.ends.eq(self.ends_o)]
 
         # An eighth of them is added to the mean.
         eighths = data.ArrayLayout((method.carried_max >> bits).bit_length(), count)
         m.submodules.eighths = kept = Memory(shape=eighths, depth=Supports.ring_of(config), init=[], attrs=NO_COLLISION)
         write, read = kept.write_port(), kept.read_port()
         m.d.comb += [
-            write.addr.eq(self.eighths_i.place), write.data.eq(Cat(above[bits:] for above in carried.above)),
-            write.en.eq(self.eighths_i.enter), read.addr.eq(self.centre_i), read.en.eq(1),
+            write.addr.eq(self.eighths_o.place), write.data.eq(Cat(above[bits:] for above in carried.above)),
+            write.en.eq(self.eighths_o.enter), read.addr.eq(self.centre_o), read.en.eq(1),
         ]
         costs = data_register(m, self.costs)
         eighth = Signal(eighths, reset_less=True)
         m.d.sync += [eighth.eq(read.data), *(costs[n].eq(mean.o[n] + eighth[n]) for n in range(count))]
         m.d.comb += [
-            carried.write.eq(self.final_i.write), carried.column.eq(self.final_i.column), carried.cost.eq(self.costs),
+            carried.write.eq(self.final_o.write), carried.column.eq(self.final_o.column), carried.cost.eq(self.costs),
         ]
 
         # The right view passes the costs.
         right = self.right_i
         for n, label in enumerate(self.labels):
             m.submodules[f"right_{label}"] = cell = RightCell(config, label)
-            m.d.comb += [cell.completion.eq(self.final_i.completion), cell.cost.eq(self.costs[n]), cell.i.eq(right)]
+            m.d.comb += [cell.completion.eq(self.final_o.completion), cell.cost.eq(self.costs[n]), cell.i.eq(right)]
             right = cell.o
         # To the group above, a cycle later: the state of the top label before this wave.
         m.d.sync += self.right_o.eq(right)
@@ -245,10 +253,10 @@ class RecursiveGroup(wiring.Component):
         m.submodules.lower_mean = mean = MeanGroup(config, self.labels, config.method_as(Recursive).own_max)
         m.submodules.from_below = group = FromBelowGroup(config, self.labels)
         m.d.comb += [
-            mean.sums.eq(self.lower_sums_i), mean.cost.eq(below.own), mean.ends.eq(self.lower_ends_i),
-            group.write.eq(self.lower_final_i), group.mean.eq(mean.o), group.own_write.eq(self.own_write_i), group.own.eq(below.upper_own),
-            group.address.eq(self.lower_address_i), group.least.eq(self.lower_pixel_least_i), group.gate.eq(self.lower_gate_i),
-            group.own_address.eq(self.own_address_i), group.share.eq(self.lower_share_i),
+            mean.sums.eq(self.lower_sums_o), mean.cost.eq(below.own), mean.ends.eq(self.lower_ends_o),
+            group.write.eq(self.lower_final_o), group.mean.eq(mean.o), group.own_write.eq(self.own_write_o), group.own.eq(below.upper_own),
+            group.address.eq(self.lower_address_o), group.least.eq(self.lower_pixel_least_o), group.gate.eq(self.lower_gate_o),
+            group.own_address.eq(self.own_address_o), group.share.eq(self.lower_share_o),
             group.lower_i.eq(self.mean_lower_i), group.upper_i.eq(self.mean_upper_i),
             self.mean_lower_o.eq(group.lower_o), self.mean_upper_o.eq(group.upper_o),
         ]

@@ -37,7 +37,7 @@ class SpreadGroup(wiring.Component):
         ``A - least`` of the label above the group's, and of its bottom label for the group below.
     o : Out(ArrayLayout(range(carried_max + 1), n))
     """
-    LATENCY = 4
+    LATENCY = 5
 
     def __init__(self, config: MatcherConfig, labels: range, cost_max: int):
         self.config = config
@@ -58,28 +58,30 @@ class SpreadGroup(wiring.Component):
         def limited_to_jump(rest: Value) -> Value:
             return Mux(rest > jump, jump, rest)
 
-        # 1: less the least. 2: limited, in step with the group above.
+        # 1: less the least. 2: limited. 3: in step with what is limited of the labels beside; the way from the groups there takes a cycle.
         rest  = Signal(self.cost.shape(), reset_less=True)
         early = Signal.like(self.lower_i, reset_less=True)      # of the group below, which is a cycle earlier
-        lower = Signal(range(jump + 1), reset_less=True)
-        limited = Signal(self.o.shape(), reset_less=True)
-        m.d.sync += [early.eq(self.lower_i), lower.eq(limited_to_jump(early))]
+        ends  = Signal(data.StructLayout(dict.fromkeys(("lower", "upper"), range(jump + 1))), reset_less=True)
+        lower = Signal.like(ends.lower, reset_less=True)
+        limited, own = (Signal(self.o.shape(), name=name, reset_less=True) for name in ("limited", "own"))
+        m.d.sync += [early.eq(self.lower_i), lower.eq(limited_to_jump(early)), ends.lower.eq(lower),
+                     ends.upper.eq(limited_to_jump(self.upper_i)), own.eq(limited)]
         for n in range(labels):
             m.d.sync += [rest[n].eq(self.cost[n] - self.least), limited[n].eq(limited_to_jump(rest[n]))]
         m.d.comb += [self.lower_o.eq(rest[labels - 1]), self.upper_o.eq(rest[0])]
 
-        # 3 and 4: the least of three.
+        # 4 and 5: the least of three.
         spread = data_register(m, self.o)
         for n, label in enumerate(self.labels):
             neighbours = []
             if label > 0:
-                neighbours.append(limited[n - 1] if n else lower)
+                neighbours.append(own[n - 1] if n else ends.lower)
             if label + 1 < self.config.labels:
-                neighbours.append(limited[n + 1] if n + 1 < labels else limited_to_jump(self.upper_i))
+                neighbours.append(own[n + 1] if n + 1 < labels else ends.upper)
             beside = neighbours[0] if len(neighbours) == 1 else Mux(neighbours[0] < neighbours[1], *neighbours)
-            own   = Signal(range(jump + 1), name=f"own_{n}", reset_less=True)
+            later = Signal(range(jump + 1), name=f"later_{n}", reset_less=True)
             other = Signal(range(jump + propagation.spread_step + 1), name=f"other_{n}", reset_less=True)
             m.d.sync += [
-                own.eq(limited[n]), other.eq(beside + propagation.spread_step), spread[n].eq(Mux(own < other, own, other)),
+                later.eq(own[n]), other.eq(beside + propagation.spread_step), spread[n].eq(Mux(later < other, later, other)),
             ]
         return m

@@ -70,7 +70,8 @@ def groups_of(config: MatcherConfig, labels_per_group: int = LABELS_PER_GROUP) -
     return [range(low, min(low + labels_per_group, config.labels)) for low in range(0, config.labels, labels_per_group)]
 
 
-def seen_along(m: Module, labels: range, i: data.View, o: data.View) -> Iterator[tuple[int, dict[str, Value], Value]]:
+def seen_along(m: Module, labels: range, i: data.View, o: data.View, *,
+               registered: bool = True) -> Iterator[tuple[int, dict[str, Value], Value]]:
     """The right columns of the labels of a group; passes the wave on to the group above, a cycle later.
 
     Parameters
@@ -79,6 +80,8 @@ def seen_along(m: Module, labels: range, i: data.View, o: data.View) -> Iterator
     labels : range
     i, o : View of Wave
         From the group below, to the group above.
+    registered : bool
+        ``o`` has a register of its own; else it is there in the same cycle, and the group above registers it.
 
     Yields
     ------
@@ -99,9 +102,13 @@ def seen_along(m: Module, labels: range, i: data.View, o: data.View) -> Iterator
             m.d.sync += [register.eq(seen[name]) for name, register in before.items()]
             m.d.sync += before_inside.eq(inside)
         seen, inside = before, before_inside & ~i.pre
-    m.d.sync += o.valid.eq(i.valid)
     moved = {name: i[name] for name in shape.members if name != "valid"} | seen | {"inside": inside}
-    m.d.sync += [data_register(m, o[name], f"o_{name}").eq(value) for name, value in moved.items()]
+    if registered:
+        m.d.sync += o.valid.eq(i.valid)
+        m.d.sync += [data_register(m, o[name], f"o_{name}").eq(value) for name, value in moved.items()]
+    else:
+        m.d.comb += o.valid.eq(i.valid)
+        m.d.comb += [o[name].eq(value) for name, value in moved.items()]
 
 
 class Queued(data.StructLayout):
