@@ -96,8 +96,8 @@ class RecursiveGroup(wiring.Component):
 
     With costs from below: ``lower_sums`` and ``own_write`` are due after :attr:`LOWER_SUMS`, ``lower_address``, ``lower_pixel_least``,
     ``lower_gate``, ``own_address`` and ``lower_share`` as :class:`hdl.matcher.recursive.from_below.FromBelowGroup` states, ``lower_ends``
-    as ``ends``; ``lower_final`` is due with the means, less the registers; ``lower_least_i`` and ``lower_least_o`` after those as ``least_i``
-    and ``least_o``.
+    as ``ends``; ``lower_final`` is due with the means, less the registers; ``lower_least_i`` and ``lower_least_o`` after those as
+    ``least_i`` and ``least_o``.
 
     Memory: those of :class:`LineBelowGroup`, :class:`CarriedGroup`, :class:`MeanGroup` and :class:`FromBelowGroup`; a ring of shares of
     the costs from above.
