@@ -59,8 +59,17 @@ class ArmSource(SupportArms):
         super().__init__(self.limits.reach, **dict.fromkeys(("near", "far", "smooth"), In(PIXEL_BITS)))
 
     def _comparisons(self, m: Module, taps: list[Signal], near: list[Signal], stepped: Signal) -> tuple[list[Value], list[Value]]:
-        def within(value: Value, limit: Value) -> Value:
-            return (value <= limit) & (value >= -limit)
+        # In step with the differences, and negated here: a comparison with what is still to be negated would be two carry chains long.
+        limits = {}
+        for name in ("near", "far", "smooth"):
+            most  = Signal(signed(PIXEL_BITS + 1), name=f"{name}_most", reset_less=True)
+            least = Signal(signed(PIXEL_BITS + 1), name=f"{name}_least", reset_less=True)
+            m.d.sync += [most.eq(getattr(self, name)), least.eq(-getattr(self, name))]
+            limits[name] = most, least
+
+        def within(value: Value, limit: str) -> Value:
+            most, least = limits[limit]
+            return (value <= most) & (value >= least)
 
         alike, differences = [], []
         for j, tap in enumerate(taps, 1):
@@ -68,12 +77,12 @@ class ArmSource(SupportArms):
             flag       = Signal(name=f"alike_{j}", reset_less=True)
             m.d.sync += difference.eq(self.grey - tap)
             # A cycle later the pixel is among the taps: `near` includes it.
-            m.d.sync += flag.eq(near[j - 1] & within(difference, self.near if j < self.limits.far_step else self.far))
+            m.d.sync += flag.eq(near[j - 1] & within(difference, "near" if j < self.limits.far_step else "far"))
             alike.append(flag)
             differences.append(difference)
         # Of the steps before, too.
         smooth = [Signal(name=f"smooth_{j}", reset_less=True) for j in range(self.reach)]
-        m.d.sync += smooth[0].eq(within(differences[0], self.smooth))
+        m.d.sync += smooth[0].eq(within(differences[0], "smooth"))
         with m.If(stepped):
             m.d.sync += [flag.eq(source) for flag, source in zip(smooth[1:], smooth)]
         return [flag & level for flag, level in zip(alike, smooth)], [flag & smooth[0] for flag in alike]
