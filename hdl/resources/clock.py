@@ -26,6 +26,8 @@ __all__ = ["DEVICE", "Clock", "place_and_route"]
 DEVICE = "ECP5-85F, speed grade 6"
 _DEVICE_MULTIPLIERS = 156  # 18x18
 _DEVICE_MEMORIES = 208  # of 18 kbit
+_NARROW_BITS = 6
+_RIPPLE = Path(__file__).parent / "ecp5" / "ripple.v"
 _TARGET_MHZ = 120  # nextpnr optimises until it reaches a target; this one is out of reach
 
 # A clock enable or a synchronous reset of few registers is made of tables: hundreds of them would each occupy part of a tile, and routing.
@@ -35,10 +37,17 @@ _SYNTHESIS = """
 read_rtlil design.il
 synth_ecp5 {options} -top {top} -run begin:coarse
 {multipliers}
-synth_ecp5 {options} -top {top} -run coarse:map_ffs
+synth_ecp5 {options} -top {top} -run coarse:map_ram
+{narrow}
+synth_ecp5 {options} -top {top} -run map_ram:map_ffs
 dfflegalize -minsrst 24 -mince 24 -cell $_DFF_?_ 01 -cell $_DFF_?P?_ r -cell $_SDFF_?P?_ r -cell $_DFFE_??_ 01 {more}
 opt_clean
 {tables}
+"""
+# A carry chain begins and ends with a tile's halves that do nothing else: narrow sums and comparisons are smaller as tables.
+_NARROW = f"""
+techmap -map +/techmap.v t:$alu r:Y_WIDTH<={_NARROW_BITS} %i
+techmap -map {_RIPPLE.name}
 """
 # Where the device has too few multipliers for all products, narrow ones are tables; it has the wide ones only if those fit.
 _WIDE_ONLY = """
@@ -142,7 +151,7 @@ def _synthesise(folder: Path, top: str, report: Callable[[str], None]) -> tuple[
     options, tables, multipliers = {"-nolutram"}, _ABC9, ""
     while True:
         given = " ".join(sorted(options))
-        script = _SYNTHESIS.format(top=top, more=_ENABLED, options=given, multipliers=multipliers,
+        script = _SYNTHESIS.format(top=top, more=_ENABLED, options=given, multipliers=multipliers, narrow=_NARROW,
                                    tables=tables.strip().format(top=top, options=given))
         try:
             run_yosys(Tool.PYOSYS, script, folder, report)
@@ -190,11 +199,12 @@ def place_and_route(component: Any, report: Callable[[str], None] = lambda step:
     with tempfile.TemporaryDirectory(prefix="clock-") as temporary:
         folder = Path(temporary)
         (folder / "design.il").write_text(without_collisions(ZERO_INIT.sub("", rtlil_text(component, name=top))))
+        (folder / _RIPPLE.name).write_text(_RIPPLE.read_text())
         types, soft = _synthesise(folder, top, report)
         _plan(folder / "design.json", top)
         report("place and route")
         # Relative names: the tool runs in a sandbox that sees the working folder only.
-        arguments = ["--85k", "--speed", "6", "--package", "CABGA756", "--router", "router2", "--timing-allow-fail",
+        arguments = ["--85k", "--speed", "6", "--package", "CABGA756", "--router", "router1", "--timing-allow-fail",
                      "--freq", str(_TARGET_MHZ), "--seed", str(seed),
                      "--json", "design.json", "--report", "report.json", "--detailed-timing-report"]
         with (folder / "nextpnr.log").open("w") as log:
