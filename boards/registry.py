@@ -13,8 +13,10 @@ from golden.errors import UserError
 from golden.rig.config import RigConfig
 from golden.video.bandwidth import Budget, MemoryTiming
 from golden.video.formats import DisplayFormat
+from hdl.fit import Fit
 from hdl.matcher.matcher import Matcher
 from hdl.netlist import Netlist
+from hdl.resources.count import Count, Resources
 from hdl.resources.devices import Device
 from hdl.video.system import StereoSystem
 
@@ -84,6 +86,12 @@ class Board:
         Makes the component that is on the board, of what :func:`stereo_system` takes.
     about : mapping
         Entries of the manifest that only this board has.
+    estimate : callable or None
+        Estimates what a project's netlist takes of a device of this family; without it nothing is said about the fit.
+    allowance : Resources
+        What black boxes of the netlist take, which no estimate sees.
+    allowed_for : str
+        What these are, in words.
     memory_clocks_mhz : mapping
         What ``--memory-clock`` may choose: clock of the memory itself, in MHz, to that of the local interface. Empty without a choice.
     """
@@ -96,6 +104,15 @@ class Board:
     system: Callable[[MatcherConfig, DisplayFormat, MemoryTiming, RigConfig | None], System] = stereo_system
     about: Mapping[str, Any] = field(default_factory=dict)
     memory_clocks_mhz: Mapping[int, float] = field(default_factory=dict)
+    estimate: Callable[[Mapping[str, Netlist], str], Count] | None = None
+    allowance: Resources = field(default_factory=Resources)
+    allowed_for: str = ""
+
+    def fit(self, project: Project) -> Fit | None:
+        """The project beside the device; ``None`` if this board estimates nothing."""
+        if self.estimate is None:
+            return None
+        return Fit(self.estimate(project.netlist, project.name).total, self.allowance, self.allowed_for, self.device)
 
     def local_clock_mhz(self, memory_clock_mhz: int | None) -> float:
         """Clock of the local interface with the memory at that clock, or as the board has it by default.

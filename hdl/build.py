@@ -24,6 +24,7 @@ from golden.video.bandwidth import Budget, MemoryTiming
 from golden.video.formats import DISPLAYS, PAL
 
 from .emit import port_name, verilog_text
+from .fit import Fit, remedies
 from .interfaces.choice import add_interface_option, check_interface
 from .interfaces.cores import INTERFACES
 from .keywords import reserved
@@ -97,6 +98,7 @@ class _Build(NamedTuple):
     about: dict[str, Any]
     budget: Budget | None = None
     space: RegisterSpace | None = None
+    fit: Fit | None = None
 
     @property
     def packed(self) -> Core:
@@ -131,6 +133,9 @@ def _build_board(config: MatcherConfig, board: Board, display_name: str, clock_m
     display = DISPLAYS[display_name]
     core = board.system(config, display, MemoryTiming.at(round(clock_mhz * 1e6)), rig)
     project = board.project(core, display, config)
+    fit = board.fit(project)
+    if fit:
+        fit.check(remedies(config, rig))
     problems = board.check(project)
     if problems:
         raise RuntimeError(f"the project is not sound: {'; '.join(problems)}")
@@ -141,9 +146,12 @@ def _build_board(config: MatcherConfig, board: Board, display_name: str, clock_m
         "memory_words_per_second": {"used": round(core.budget.used), "available": round(core.budget.available)},
         "board": board.name, **about_rig(rig),
     }
+    if fit:
+        about["resources"] = {"estimated": fit.estimated._asdict(), "allowance": fit.allowance._asdict(),
+                              "device": fit.device.capacity._asdict()}
     space = RegisterSpace(register_map(config, PAL.height, rig), 2,
                           f"Registers of the system on the board {board.name}: an offset is twice the address on the serial line")
-    return _Build(project.name, core.matcher, project.files, project.ports, about, core.budget, space)
+    return _Build(project.name, core.matcher, project.files, project.ports, about, core.budget, space, fit)
 
 
 def _run(argv: Sequence[str] | None) -> int:
@@ -218,6 +226,11 @@ def _run(argv: Sequence[str] | None) -> int:
         print(f"The memory controller gives the matcher {clock_mhz:g} MHz; "
               f"frames wait in {build.budget.buffers} buffers for each camera{', a kept pair in one more' if build.budget.kept else ''}.")
         print_table(build.budget.table())
+    if build.fit:
+        print_table(build.fit.table())
+        print("\n".join(build.fit.told()))
+        if warning := build.fit.warning():
+            print(f"hdl.build: {warning}", file=sys.stderr)
     if board and "README.md" in files:
         print(f"What to do in {board.toolchain}: {folder / 'README.md'}")
     return 0

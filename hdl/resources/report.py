@@ -13,20 +13,27 @@ from .clock import DEVICE as CLOCK_DEVICE
 from .clock import Clock
 from .count import FIGURES, Count, Resources
 from .devices import Device
+from .estimate import LOGIC_ERROR
 
 
-__all__ = ["THESIS", "TITLES", "as_json", "clock_text", "counting", "show", "system_table", "table", "tree"]
+__all__ = ["ESTIMATED", "THESIS", "TITLES", "as_json", "clock_text", "counting", "show", "system_table", "table", "tree"]
 
 
 #: Table 2 of the thesis, at 720x576 and 80 disparities. It gives no number of memory blocks.
 THESIS = {"logic_elements": 66_123, "memory_bits": 1_901_632, "multipliers_9x9": 480}
+
+#: What an estimate is.
+ESTIMATED = (f"Estimate: logic elements within {LOGIC_ERROR} % of our count with 64 disparities or more, and up to 11 % above it with few; "
+             "memory blocks within one, and multipliers as counted.")
 
 _MANY = 4
 TITLES = {"logic_elements": "logic elements", "memory_bits": "memory bits", "m9k": "M9K", "multipliers_9x9": "9x9 multipliers"}
 
 
 def counting(count: Count) -> str:
-    """How it is counted, and the bounds of the error."""
+    """How it is counted, and the bounds of the error; or how it is estimated."""
+    if not count.kinds:
+        return ESTIMATED
     kinds = count.kinds
     total = count.total.logic_elements
     return (

@@ -9,9 +9,11 @@ import pytest
 
 from golden.config import FUSED_1, FUSED_2, RECURSIVE_2, Arithmetic, Engine, MatcherConfig, OnePass
 from golden.pages import read_origin
+from hdl.emit import emit_rtlil, rtlil_text
 from hdl.matcher.matcher import Matcher
 from hdl.resources import tables
 from hdl.resources.count import Resources, count
+from hdl.resources.estimate import LOGIC_ERROR, estimate
 from hdl.resources.mapping import map_cyclone3
 from tests.hdl.resources.recursive_counts import RECURSIVE
 
@@ -367,6 +369,13 @@ SLOW = ("sequential linear", "streaming fused", "streaming fused-2", "streaming 
 @pytest.mark.parametrize("name", [pytest.param(name, marks=pytest.mark.slow if name in SLOW else []) for name in CONFIGS])
 def test_counts(name):
     assert blocks_of(CONFIGS[name]) == {block: Resources(*figures) for block, figures in COUNTS[name].items()}
+
+
+@pytest.mark.parametrize("name", ["sequential thesis", "streaming linear", pytest.param("streaming fused", marks=pytest.mark.slow)])  # 4 s
+def test_estimate_is_exact_but_for_logic_within_its_error(name):
+    counted = Resources(*map(sum, zip(*COUNTS[name].values())))
+    estimated = estimate(emit_rtlil(rtlil_text(Matcher(CONFIGS[name]), name="matcher")).netlist, "matcher").total
+    assert estimated == (pytest.approx(counted.logic_elements, rel=LOGIC_ERROR / 100), *counted[1:])
 
 
 def test_page_is_of_these_counts():
