@@ -34,6 +34,7 @@ from .options import add_design_options, add_rig_options, design_config, rig_con
 from .packages.core import Core, RegisterSpace
 from .packages.registry import add_package_option, chosen_packages, package_files, project_version
 from .rectified import PIXEL_ORDER, RectifiedMatcher
+from .waivers import verilator_waivers
 
 
 __all__ = ["main"]
@@ -124,7 +125,7 @@ def _build_core(name: str, config: MatcherConfig, height: int, rig: RigConfig | 
     else:
         matcher = RectifiedMatcher(config, height, rig) if rig else Matcher(config)
         component = FramedMatcher(config, matcher) if frame_timing else matcher
-    files = {f"{name}.v": verilog_text(component, name=name)}
+    files = {f"{name}.v": verilog_text(component, name=name), f"{name}.vlt": verilator_waivers(name)}
     about |= {"payloads": fields_of(component), **about_rig(rig), **({"pixel_order": PIXEL_ORDER} if rig else {})}
     return _Build(name, matcher, files, ports_of(component), about, space=space)
 

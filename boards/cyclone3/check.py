@@ -28,7 +28,7 @@ _HEADER = re.compile(r"(?m)^module (\w+)\(([^)]*)\);")
 
 _INSTANCE_OF = re.compile(r"(?m)^  (\w+) (?:#\((?:.|\n  )*?\n  \) )?(\w+) \($")
 _MODULE = re.compile(r"(?ms)^module (\w+)\(.*?^endmodule")
-_STAGE = re.compile(rf'(?m)^  \(\* {ATTRIBUTE} = "([^"]*)" \*\)\n  reg (?:\[\d+:0\] )?({STAGE}\d+) = ')
+_STAGE = re.compile(rf'(?m)^  \(\* {ATTRIBUTE} = "([^"]*)" \*\)\n  reg (?:\[\d+:0\] )?({STAGE}\d+);')
 
 #: Clock that a block generates to the block's instance.
 _INSTANCES = {"altpll.clk": "display_pll", f"{MEMORY_CONTROLLER}.phy_clk": "ddr2"}

@@ -63,14 +63,12 @@ else
 fi
 """
 
-# Warnings of `verilator --lint-only -Wall` about Amaranth's Verilog; the last two are about how Yosys writes `x == 0` (as `!x`) and a
-# multiplexer with a one-hot select. Any other warning ends the build.
-_WARNINGS = ("-Wno-UNUSEDSIGNAL", "-Wno-WIDTHEXPAND", "-Wno-PROCASSINIT", "-Wno-DECLFILENAME", "-Wno-WIDTHTRUNC", "-Wno-CASEOVERLAP")
+# Warnings of `verilator --lint-only -Wall` about our Verilog, as in `hdl.waivers`, for any file. Any other warning ends the build.
+_WARNINGS = ("-Wno-UNUSEDSIGNAL", "-Wno-DECLFILENAME", "-Wno-PINCONNECTEMPTY")
 
 # Warnings about a board's top level: stand-ins have all parameters of the vendor blocks and use few of them; the reset of one clock
-# domain also releases that of the next; Yosys keeps the name of an unconnected output, such as that of the last cell of a chain; and a
-# picture that fills the display begins in column 0, so that `column < 0` is compared.
-_BOARD_WARNINGS = ("-Wno-UNUSEDPARAM", "-Wno-SYNCASYNCNET", "-Wno-UNDRIVEN", "-Wno-UNSIGNED")
+# domain also releases that of the next; and a picture that fills the display begins in column 0, so that `column < 0` is compared.
+_BOARD_WARNINGS = ("-Wno-UNUSEDPARAM", "-Wno-SYNCASYNCNET", "-Wno-UNSIGNED")
 
 # cocotb makes every signal public, for benches that read signals inside the design. With public ports only, a picture runs five times
 # faster.

@@ -1,4 +1,5 @@
 import re
+from functools import reduce
 
 import pytest
 
@@ -114,8 +115,11 @@ def test_registers_that_the_readme_names(files):
     bounded = re.findall(r"get_registers \{(.*)\|(\w+)\[\*\]\}", files["stereo.sdc"])
     assert len(bounded) == 2 * 6
     assert all(path.endswith(level) and name == register for path, name in bounded)
-    wide = re.findall(rf"(?ms)^module (\w+{level})\((?:(?!endmodule).)*reg \[\d+:0\] {register} =", files["stereo.v"])
-    assert sorted(wide) == sorted({f"stereo_{path.replace('|', '_')}" for path, _ in bounded})
+    wide = re.findall(rf"(?ms)^module (\w+{level})\((?:(?!endmodule).)*reg \[\d+:0\] {register};", files["stereo.v"])
+    modules = {name: {instance: kind for kind, instance in re.findall(r"(?m)^  (\w+) (?:#\([^;]*?\n  \) )?(\w+) \($", body)}
+               for name, body in re.findall(r"(?ms)^module (\w+)(.*?)^endmodule", files["stereo.v"])}
+    kinds = [reduce(lambda module, instance: modules[module][instance], path.split("|"), "stereo") for path, _ in bounded]
+    assert sorted(wide) == sorted(set(kinds))
 
 
 def test_memory_clock_of_125_mhz():

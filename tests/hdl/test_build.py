@@ -69,7 +69,7 @@ def folders(tmp_path_factory, given):
 def test_files(folders):
     names = {"stereo": {"stereo.v", "stereo.qpf", "stereo.qsf", "stereo.sdc", "check_ddr2.tcl", "README.md",
                         "stereo.rdl", "stereo.h", "stereo_registers.py"},
-             "matcher": {"matcher.v"}, "framed": {"matcher.v"}}
+             "matcher": {"matcher.v", "matcher.vlt"}, "framed": {"matcher.v", "matcher.vlt"}}
     for top, folder in folders.items():
         assert {path.name for path in folder.iterdir()} == names[top] | {"manifest.json"}
         assert set(manifest(folder)["files"]) == names[top]
@@ -240,7 +240,7 @@ def test_board_of_the_method_fused(tmp_path, monkeypatch):
 
 def test_weights_and_width_reach_the_verilog(folders):
     text = (folders["matcher"] / "matcher.v").read_text()
-    defaults = dict(re.findall(r"reg \[5:0\] (u[123])_(?!of_frame)\w+ = 6'h(\w+);", text))
+    defaults = dict(re.findall(r"initial (u[123])_(?!of_frame)\w+ = 6'h(\w+);", text))
     assert {name: int(value, 16) for name, value in defaults.items()} == {"u1": 7, "u2": 10, "u3": 5}
     assert re.search(r"reg \[15:0\] line_memory \[23:0\];", text)
 
@@ -259,7 +259,7 @@ def test_a_build_takes_the_place_of_another(tmp_path, capsys):
     for labels in ("3", "2"):
         assert main(["--core", "--width", "4", "--disparities", labels, "--output", str(tmp_path)]) == 0
     assert manifest(tmp_path)["parameters"]["disparities"] == 2
-    assert sorted(path.name for path in tmp_path.iterdir()) == ["manifest.json", "matcher.v"]
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["manifest.json", "matcher.v", "matcher.vlt"]
     told = capsys.readouterr().out
     assert "Clocks a pixel: 1;" in told and "MHz" in told
 
@@ -273,7 +273,7 @@ def test_what_another_build_left_is_gone(tmp_path, folders):
     for name in ("mine.v", "stereo_ddr2.v", "mine/stereo.v"):
         (tmp_path / name).touch()
     assert main(["--core", "--width", "4", "--disparities", "2", "--output", str(tmp_path)]) == 0
-    assert sorted(path.name for path in tmp_path.iterdir()) == ["manifest.json", "matcher.v", "mine", "mine.v", "stereo_ddr2.v"]
+    assert {path.name for path in tmp_path.iterdir()} == {"manifest.json", "matcher.v", "matcher.vlt", "mine", "mine.v", "stereo_ddr2.v"}
     assert (tmp_path / "mine" / "stereo.v").exists() and "stereo_ddr2.v" not in written
 
 
