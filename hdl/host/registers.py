@@ -193,6 +193,7 @@ class ByteRegisters(wiring.Component):
         for name in (_ERRORS, _CLEAR):
             if name not in registers:
                 raise ValueError(f"the register map has no {name}, which the protocol needs; add it")
+        self.timeout = timeout
         self.reader = RequestReader(timeout)
         self.register_file = RegisterFile(registers)
         of_reader, of_file = self.reader.signature.members, self.register_file.signature.members

@@ -184,3 +184,5 @@ async def contradictions(host: Host, faulty: Sequence[tuple[Sequence[ReceivedWor
         assert await host.get("fault") == fault and await host.get("faults") == len(expected.faults)
         await host.set(clear=1)
         assert [await host.get(name) for name in ("fault", "faults", "matcher_error", "frames")] == [0, 0, 0, 0]
+        # Settings do not wait for a frame that was dropped.
+        await host.applied()

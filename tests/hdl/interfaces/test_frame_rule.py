@@ -111,6 +111,17 @@ def test_contradictions(closes):
 
 
 @pytest.mark.parametrize("closes", Closes)
+def test_a_frame_that_is_cut_does_not_wait_for_the_next_one(closes):
+    """Its first line is too long, or the only one."""
+    good, bad = frame(5, 4, closes, 1), frame(5, 4, closes, 2)
+    words = [*good, *bad[:4], *(bad[:1] * 20 if closes is Closes.LINE else bad[-1:])]
+    words = [word._replace(first=word.first and at in (0, 20)) for at, word in enumerate(words)]
+    expected = received(words, 5, 4, closes)
+    assert sizes(expected.pairs) == [(5, 4), (5, 1)]
+    same(run(words, 5, 4, closes), expected)
+
+
+@pytest.mark.parametrize("closes", Closes)
 @pytest.mark.parametrize("width, height, stall", [(5, 4, 0.4), (1, 3, 0.0), (8, 1, 0.0), (1, 1, 0.4)])
 def test_random(width, height, stall, closes):
     words = random_words(np.random.default_rng(width), width, height, closes, 14)
