@@ -49,6 +49,7 @@ LOGIC = [
     (lambda c: (c.a - c.b)[8], 1, 9),
     (lambda c: -c.a, 9, 9),
     (lambda c: c.a.as_signed() + c.b.as_signed(), 12, 9),     # the sign is extended by wires
+    (lambda c: Cat(c.a, c.a[7].replicate(4)).as_signed() + Cat(c.b, c.b[7].replicate(4)).as_signed(), 13, 9),     # here by the operands
     (lambda c: c.a > c.b, 1, 8),
     (lambda c: c.a.as_signed() <= c.b.as_signed(), 1, 8),
     (lambda c: c.a.as_signed() >= 0, 1, 0),
@@ -59,6 +60,7 @@ LOGIC = [
     (lambda c: c.a ^ c.b, 8, 8),
     (lambda c: ~(c.a & c.b), 4, 4),
     (lambda c: Mux(c.a[0], c.b, ~c.b), 8, 8),           # an exclusive or, of which one bit is constant
+    (lambda c: Cat(Mux(c.a[0], ~c.b[0], c.b[0]), c.a[0] ^ c.b[0]), 2, 1),       # one function, written in two ways
     (lambda c: Mux(c.a[0], c.b, c.b), 8, 0),
     (lambda c: Cat(c.a, c.b).bit_select(c.b[:2], 4), 4, 10),
     (lambda c: (c.a[0] ^ c.a[1]) + (c.b[0] ^ c.b[1]), 2, 2),    # both bits take the pairs into their tables
@@ -188,3 +190,12 @@ def test_black_box():
              "not": Cell("$not", {"A": [4], "Y": [3]}, {"A": "input", "Y": "output"}, {"A_SIGNED": "0"})}
     modules = {"top": Netlist({"y": Port("output", [4])}, cells, {"a": [3], "q": [4]})}
     assert estimate(modules, "top").total == Resources()    # an inverter is part of what it leads to
+
+
+def test_feedthrough():
+    """An output of a module that repeats an input is that input."""
+    wire = Netlist({"i": Port("input", [2]), "o": Port("output", [2])}, {}, {"i": [2]})
+    differ = Cell("$xor", {"A": [2], "B": [3], "Y": [4]}, {"A": "input", "B": "input", "Y": "output"}, {"A_SIGNED": "0", "B_SIGNED": "0"})
+    cells = {"part": Cell("wire", {"i": [2], "o": [3]}, {"i": "input", "o": "output"}), "differ": differ}
+    top = Netlist({"a": Port("input", [2]), "y": Port("output", [4])}, cells, {"a": [2], "b": [3], "y": [4]})
+    assert estimate({"top": top, "wire": wire}, "top").total == Resources()
