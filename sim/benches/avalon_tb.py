@@ -91,14 +91,14 @@ async def start(dut, stall=0.0):
 
 @cocotb.test(timeout_time=200, timeout_unit="us")
 async def registers(dut):
-    await accesses(await start(dut), 120)
+    await accesses(await start(dut), 60)
 
 
 @cocotb.test(timeout_time=200, timeout_unit="us")
 async def frames(dut):
     """With stalls of both streams; then of another size, with other settings."""
     host = await start(dut, 0.3)
-    await pictures(host, CASE.pairs(3), {})
+    await pictures(host, CASE.pairs(2), {})
     settings = {name: register.maximum for name, register in SETTINGS.items()}
     await host.set(width=7, height=4, **settings)
     await host.applied()

@@ -94,7 +94,7 @@ async def start(dut, stall=0.0):
 async def registers(dut):
     """One access after the other; then several reads in flight at a time, which the kit makes of a long one."""
     host = await start(dut, 0.3)
-    await accesses(host, 120)
+    await accesses(host, 60)
     settings = [register.address for register in host.registers if register.name in ("u1", "u2", "u3")]
     for value, address in enumerate(settings, 5):
         await host.write(address, value)
@@ -131,7 +131,7 @@ async def channels(dut):
 async def frames(dut):
     """With stalls of all channels; then of another size, with other settings."""
     host = await start(dut, 0.3)
-    await pictures(host, CASE.pairs(3), {})
+    await pictures(host, CASE.pairs(2), {})
     settings = {name: register.maximum for name, register in SETTINGS.items()}
     await host.set(width=7, height=4, **settings)
     await host.applied()

@@ -122,9 +122,12 @@ def test_a_frame_that_is_cut_does_not_wait_for_the_next_one(closes):
 
 
 @pytest.mark.parametrize("closes", Closes)
-@pytest.mark.parametrize("width, height, stall", [(5, 4, 0.4), (1, 3, 0.0), (8, 1, 0.0), (1, 1, 0.4)])
+@pytest.mark.parametrize("width, height, stall", [
+    (5, 4, 0.4), (1, 1, 0.0),
+    # Slow: sizes between these two.
+    *(pytest.param(*size, 0.4, marks=pytest.mark.slow) for size in ((1, 3), (8, 1)))])
 def test_random(width, height, stall, closes):
-    words = random_words(np.random.default_rng(width), width, height, closes, 14)
+    words = random_words(np.random.default_rng(width), width, height, closes, 10)
     expected = received(words, width, height, closes)
     assert width * height < 20 or len({*expected.faults}) >= 3
     same(run(words, width, height, closes, stall), expected)
