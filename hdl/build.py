@@ -25,6 +25,7 @@ from golden.video.formats import DISPLAYS, PAL
 
 from .emit import port_name, verilog_text
 from .fit import Fit, remedies
+from .header import command_line, header
 from .interfaces.choice import add_interface_option, check_interface
 from .interfaces.cores import INTERFACES
 from .keywords import reserved
@@ -207,6 +208,10 @@ def _run(argv: Sequence[str] | None) -> int:
     needed = round(FRAMES_PER_SECOND * build.frame_clocks(options.width, options.height) / 1e6, 2)
     about = {**build.about, "clock_mhz_for_25_frames": needed, "files": sorted(files)}
     manifest = manifest_of(build.top, matcher, build.ports, options.height, about)
+    command = command_line(sys.argv[1:] if argv is None else argv)
+    latency = matcher.latency_lines, matcher.latency_clocks
+    verilog = {file: text for file, text in files.items() if file.endswith(".v")}
+    files |= {file: header(file, project_version(), command, manifest, latency) + text for file, text in verilog.items()}
     files[MANIFEST] = json.dumps(manifest, indent=2) + "\n"
 
     # Two builds write one after the other, and the second one's files are all that is left.

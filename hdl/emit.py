@@ -4,7 +4,7 @@ import gc
 import os
 import re
 import tempfile
-from collections.abc import Collection, Iterable
+from collections.abc import Collection, Iterable, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -20,7 +20,7 @@ from .widths import pad_operands
 from .yosys import Tool, run_yosys
 
 
-__all__ = ["ZERO_INIT", "Emitted", "emit_rtlil", "port_name", "rtlil_text", "verilog_text", "write_verilog"]
+__all__ = ["NO_RW_CHECK", "ZERO_INIT", "Emitted", "emit_rtlil", "port_name", "rtlil_text", "verilog_text", "write_verilog"]
 
 
 # A light clean-up: the text simulates two to three times faster than without, and reads better. Of equal cells only such are merged that
@@ -38,6 +38,9 @@ hierarchy -auto-top
 """
 _WRITE_NETLIST = "write_json design.json\n"
 _WRITE_VERILOG = "write_verilog {options} design.v\n"
+
+#: Attribute of a memory that is never read where it is written in the same cycle.
+NO_RW_CHECK = "no_rw_check"
 
 # The initial content of a memory that starts as zeros. Amaranth would have it printed as one assignment a word. Memories here are
 # written before they are read, and a simulator that shows an unwritten word as X keeps it so; look-up tables are not all zeros.
@@ -130,6 +133,14 @@ def _plain_ports(text: str) -> str:
     return "".join(parts)
 
 
+def _with_ports(text: str, name: str, ports: Sequence[str]) -> str:
+    """Verilog whose module ``name`` has its ports in the order of ``ports``; others first."""
+    def ordered(found: re.Match[str]) -> str:
+        return f"{found[1]}{', '.join(sorted(found[2].split(', '), key=lambda port: ports.index(port) if port in ports else -1))})"
+
+    return re.sub(rf"(?m)^(module {name}\()([^)]*)\)", ordered, text, count=1)
+
+
 def _run(source: str, folder: Path, *, netlist: bool, attributes: Collection[str] = ()) -> str:
     (folder / "design.il").write_text(pad_operands(merge_equal_modules(ZERO_INIT.sub("", source))))
     # The netlist first: writing Verilog changes the design.
@@ -163,9 +174,14 @@ def rtlil_text(component: Any, *, name: str) -> str:
 
 
 def verilog_text(component: Any, *, name: str) -> str:
-    """Verilog of ``component`` as module ``name``; ports follow its signature, see :func:`port_name`. Sub-modules are named after it."""
+    """Verilog of ``component`` as module ``name``; ports follow its signature, see :func:`port_name`. Sub-modules are named after it.
+
+    Clock and reset are the first ports. Memories that are marked, :data:`hdl.parts.delay.NO_COLLISION`, are marked in the Verilog.
+    """
     with tempfile.TemporaryDirectory(prefix="emit-") as temporary:
-        return _plain_ports(_run(rtlil_text(component, name=name), Path(temporary), netlist=False))
+        text = _run(rtlil_text(component, name=name), Path(temporary), netlist=False, attributes=(NO_RW_CHECK,))
+    ports = ["clk", "rst", *(port_name(path) for path, _, _ in component.signature.flatten(component))]
+    return _with_ports(_plain_ports(text), name, ports)
 
 
 def write_verilog(component: Any, path: str | os.PathLike[str], *, name: str) -> Path:

@@ -19,15 +19,27 @@ _INSTANCE = re.compile(r"(?m)^  (\w+) (\w+) \(\n((?:    \..*\n)*)  \);\n")
 _PIN = re.compile(r"    \.(\w+)\((.*)\),?\n")
 _INITIAL = re.compile(r"(?m)^(  reg (?:signed )?(?:\[\d+:0\] )?(\w+)) = (\d+'\w+);\n")
 _NOT = re.compile(r"(?m)^(  assign .* = )! (\w+)(?:\[(\d+)(?::(\d+))?\])?;\n")
+_MARKED = re.compile(r"(?m)^  \(\* no_rw_check = [^*]* \*\)\n(?=  reg (?:\[(\d+):0\] )?\w+ \[(\d+):0\];)")
+# A memory of more bits, for each memory block side by side of so many bits, is to be in blocks, as `hdl.resources` counts: there a block
+# costs 16, a bit of logic 1/4. Smaller ones may be logic.
+_LOGIC_BITS, _BLOCK_WIDTH = 64, 36
 # A condition around a statement with two branches: whose `else` it is.
 _NESTED = re.compile(r"(?m)^(    if \(.*\))\n((?:      .*\n){2})")
 _CASES = "// At most one bit of a casez's select is high.\n// verilator lint_off CASEOVERLAP\n{}// verilator lint_on CASEOVERLAP\n"
+
+
+def _marks(found: re.Match[str]) -> str:
+    """Attributes of a memory that is never read where it is written: for Yosys, and for Quartus."""
+    width, words = (int(high or 0) + 1 for high in found.groups())
+    block = "M9K, " if width * words > _LOGIC_BITS * -(-width // _BLOCK_WIDTH) else ""
+    return f'  (* no_rw_check *)\n  (* ramstyle = "{block}no_rw_check" *)\n'
 
 
 def _written_out(part: str) -> str:
     """A module that compares with zero where it negated several bits, and initialises registers apart from their declaration."""
     part = _INITIAL.sub(r"\1;\n  initial \2 = \3;\n", part)
     part = _NESTED.sub(r"\1 begin\n\2    end\n", part)
+    part = _MARKED.sub(_marks, part)
     widths = {name: int(high or 0) + 1 for high, name in _NET.findall(part)}
 
     def compared(found: re.Match[str]) -> str:

@@ -6,7 +6,7 @@ from typing import ClassVar
 
 from golden.config import MatcherConfig
 from golden.video.formats import PAL, DisplayFormat
-from hdl.emit import emit_rtlil
+from hdl.emit import NO_RW_CHECK, emit_rtlil
 from hdl.netlist import Cell, Hierarchy
 
 from ..registry import Project, System
@@ -150,7 +150,7 @@ def quartus_project(core: System, display: DisplayFormat, config: MatcherConfig)
     local_clock_mhz = core.budget.timing.clock_hz / 1e6
     plan = StereoPlatform(display, config, local_clock_mhz).prepare(BoardTop(core, display), NAME, emit_src=False)
     files = {file_name: text.rstrip("\n") + "\n" for file_name, text in plan.files.items()}
-    files[f"{NAME}.v"], netlist = emit_rtlil(files.pop(f"{NAME}.il"), attributes=(ATTRIBUTE,))
+    files[f"{NAME}.v"], netlist = emit_rtlil(files.pop(f"{NAME}.il"), attributes=(ATTRIBUTE, NO_RW_CHECK))
     generated = {_PIXEL_CLOCK: display.pixel_clock_hz / 1e6, _LOCAL_CLOCK: local_clock_mhz}
     clocks_mhz = {**generated, **dict.fromkeys(_CAMERA_CLOCKS, PAL.byte_clock_hz / 1e6)}
     files[f"{NAME}.sdc"] += _GRAY_CONSTRAINTS + gray_constraints(

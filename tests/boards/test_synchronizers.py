@@ -70,7 +70,7 @@ def test_settings_are_in_the_verilog():
     """Of every register of every chain, in front of its declaration, and of nothing else; Quartus's own synchronisers are not used."""
     text = board_project("720x576").files["stereo.v"]
     marked = re.findall(rf'(?m)^  \(\* {ATTRIBUTE} = "(.*)" \*\)\n  reg (?:\[\d+:0\] )?stage(\d);\n  initial stage\d = \d+\'h0+;$', text)
-    assert len(marked) == text.count("(*") == len(re.findall(r"(?m)^  reg .*stage\d", text))
+    assert len(marked) == text.count(f"(* {ATTRIBUTE}") == len(re.findall(r"(?m)^  reg .*stage\d", text))
     assert {number for value, number in marked if value == FIRST_STAGE} == {"0"}
     assert {number for value, number in marked if value == LATER_STAGE} == {"1"}
     assert "PRESERVE_REGISTER ON" in LATER_STAGE and "SYNCHRONIZER_IDENTIFICATION FORCED_IF_ASYNCHRONOUS" in FIRST_STAGE

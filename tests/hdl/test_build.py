@@ -102,6 +102,19 @@ def test_two_cores_in_one_design(tmp_path):
     assert not set(names["left_eye"]) & set(names["right_eye"])
 
 
+def test_header(folders):
+    """Version, command without the folder, licence, parameters, timing."""
+    lines = (folders["matcher"] / "matcher.v").read_text().partition("\n\n")[0].splitlines()
+    assert all(line.startswith("//") for line in lines)
+    text = "\n".join(lines)
+    told = manifest(folders["matcher"])
+    assert f"python -m hdl.build --core {' '.join(SMALL)} --fraction-bits 2 --u1 7\n" in text
+    assert "SPDX-License-Identifier: BSD-2-Clause" in text and "disparities = 6" in text and "max_width = 24" in text
+    assert f"Clocks a pixel: {told['clocks_per_pixel']}. A line of fewer than {told['full_rate_width']} " in text
+    assert re.search(r"stereo-graph-cut \d+\.\d+\.\d+; made by:", text) and re.search(r"Latency: at most 2 lines and \d+ clocks", text)
+    assert (folders["stereo"] / "stereo.v").read_text().startswith("// stereo.v: ")
+
+
 def test_ways_into_the_core(folders):
     """A stream, or frame timing signals; the matcher is the same."""
     stream, framed = manifest(folders["matcher"]), manifest(folders["framed"])

