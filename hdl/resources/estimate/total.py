@@ -19,7 +19,7 @@ __all__ = ["LOGIC_ERROR", "estimate"]
 
 #: By how much, in percent, the logic elements of a chip or matcher of 64 disparities or more differ at most from the count; docs/fit.md has
 #: the comparison. Memory blocks and multipliers are those of the count, but for a block where few labels leave some of its outputs unused.
-LOGIC_ERROR = 4
+LOGIC_ERROR = 5
 
 #: Tables for each bit of a product of the widths of the operands of a multiplication that no multiplier does: partial products, and adders.
 _SOFT_PRODUCT = 1.5
