@@ -24,7 +24,7 @@ THESIS = {"logic_elements": 66_123, "memory_bits": 1_901_632, "multipliers_9x9":
 
 #: What an estimate is.
 ESTIMATED = (f"Estimate: logic elements within {LOGIC_ERROR} % of our count with 64 disparities or more, and up to 11 % above it with few; "
-             "memory blocks within one, and multipliers as counted.")
+             "memory blocks at most 2 % above it, and multipliers as counted.")
 
 _MANY = 4
 TITLES = {"logic_elements": "logic elements", "memory_bits": "memory bits", "m9k": "M9K", "multipliers_9x9": "9x9 multipliers"}
