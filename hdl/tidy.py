@@ -29,10 +29,10 @@ _CASES = "// At most one bit of a casez's select is high.\n// verilator lint_off
 
 
 def _marks(found: re.Match[str]) -> str:
-    """Attributes of a memory that is never read where it is written: for Yosys, and for Quartus."""
+    """Attributes of a memory that is never read where it is written: for Yosys, and for Quartus, whose words Yosys would refuse."""
     width, words = (int(high or 0) + 1 for high in found.groups())
     block = "M9K, " if width * words > _LOGIC_BITS * -(-width // _BLOCK_WIDTH) else ""
-    return f'  (* no_rw_check *)\n  (* ramstyle = "{block}no_rw_check" *)\n'
+    return f'  (* no_rw_check *)\n`ifndef YOSYS\n  (* ramstyle = "{block}no_rw_check" *)\n`endif\n'
 
 
 def _written_out(part: str) -> str:

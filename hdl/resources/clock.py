@@ -1,4 +1,7 @@
-"""Clock rate of a component, placed and routed by nextpnr for an ECP5: a stand-in, because no open tool routes a Cyclone III."""
+"""Clock rate of a component, placed and routed by nextpnr for an ECP5: a stand-in, because no open tool routes a Cyclone III.
+
+It begins with the Verilog that is delivered.
+"""
 
 import json
 import re
@@ -14,7 +17,7 @@ from typing import Any
 from golden.errors import UserError
 from golden.processes import run_program
 
-from ..emit import ZERO_INIT, rtlil_text
+from ..emit import verilog_text
 from ..netlist import Netlist, read_netlist, set_attribute
 from ..yosys import Tool, run_yosys, tool_environment
 from .floorplan import floor_plan, selection_plan
@@ -27,14 +30,13 @@ DEVICE = "ECP5-85F, speed grade 6"
 _DEVICE_MULTIPLIERS = 156  # 18x18
 _DEVICE_MEMORIES = 208  # of 18 kbit
 _NARROW_BITS = 6
-_RIPPLE = Path(__file__).parent / "ecp5" / "ripple.v"
 _TARGET_MHZ = 120  # nextpnr optimises until it reaches a target; this one is out of reach
 
 # A clock enable or a synchronous reset of few registers is made of tables: hundreds of them would each occupy part of a tile, and routing.
 _ENABLED = "-cell $_DFFE_?P??_ r -cell $_SDFFE_?P??_ r"
 _SYNTHESIS = """
 # synthesis for the ECP5
-read_rtlil design.il
+read_verilog design.v
 synth_ecp5 {options} -top {top} -run begin:coarse
 {multipliers}
 synth_ecp5 {options} -top {top} -run coarse:map_ram
@@ -47,7 +49,6 @@ opt_clean
 # A carry chain begins and ends with a tile's halves that do nothing else: narrow sums and comparisons are smaller as tables.
 _NARROW = f"""
 techmap -map +/techmap.v t:$alu r:Y_WIDTH<={_NARROW_BITS} %i
-techmap -map {_RIPPLE.name}
 """
 # Where the device has too few multipliers for all products, narrow ones are tables; it has the wide ones only if those fit.
 _WIDE_ONLY = """
@@ -75,8 +76,8 @@ sys.exit(run_nextpnr_ecp5(sys.argv[1:]))
 """
 # Suffixes of the names that Yosys derives from those of the source: type and port of the driving cell, or a number.
 _DERIVED = re.compile(r"_(LUT4|TRELLIS_FF|CCU2C|PFUMX|L6MUX21|DP16KD|MULT18X18D|TRELLIS_DPR16X4|INV)_.*|(\.\d+)+$|\[\d+\]$|\$.*")
-# A register in front of the selection: its number along the pipeline, and the label whose answer it holds.
-_ANSWER = re.compile(r"\btransition_(\d+)\[(\d+)\]$")
+# Registers in front of the selection, with the answers of all labels: their number along the pipeline; the output has the last ones.
+_ANSWERS = re.compile(r"\btransition_(\d*)$")
 
 
 @dataclass(frozen=True)
@@ -125,14 +126,25 @@ def _worst_path(report: dict[str, Any], clock: str) -> tuple[tuple[str, ...], fl
     return tuple(names), spent["logic"], spent["routing"]
 
 
+def _answer_bits(width: int) -> int:
+    """Bits of an answer, a label, if those of all labels have ``width`` bits; 0 if none have.
+
+    Examples
+    --------
+    >>> _answer_bits(80 * 7), _answer_bits(2), _answer_bits(3)
+    (7, 1, 0)
+    """
+    return next((bits for bits in range(1, width + 1) if width % bits == 0 and (width // bits - 1).bit_length() == bits), 0)
+
+
 def _selection(module: Netlist) -> dict[str, tuple[int, int]]:
     """The last registers in front of the selection: name to label and bit of the answer; of several that are merged, the last label."""
-    found: dict[int, dict[str, tuple[int, int]]] = {}  # by number along the pipeline
-    for name, bits in module.nets.items():
-        if match := _ANSWER.search(name):
-            drivers = {at: module.drivers[bit].cell for at, bit in enumerate(bits) if bit in module.drivers}
-            registers = found.setdefault(int(match[1]), {})
-            registers.update({driver: (int(match[2]), at) for at, driver in drivers.items() if module.cells[driver].kind == "TRELLIS_FF"})
+    found: dict[float, dict[str, tuple[int, int]]] = {}  # by number along the pipeline
+    for name, nets in module.nets.items():
+        if (match := _ANSWERS.search(name)) and (bits := _answer_bits(len(nets))):
+            drivers = {at: module.drivers[net].cell for at, net in enumerate(nets) if net in module.drivers}
+            found[float(match[1] or "inf")] = {driver: divmod(at, bits) for at, driver in drivers.items()
+                                               if module.cells[driver].kind == "TRELLIS_FF"}
     return found[max(found)] if found else {}
 
 
@@ -171,35 +183,12 @@ def _synthesise(folder: Path, top: str, report: Callable[[str], None]) -> tuple[
             return types, "-nodsp" in options
 
 
-def without_collisions(text: str) -> str:
-    """RTLIL in which a read during a write to the same address may give any value, for memories marked
-    :data:`hdl.parts.delay.NO_COLLISION`.
-
-    Yosys respects the mark only at ports that it infers from registers.
-
-    Examples
-    --------
-    >>> port = 'cell $memrd_v2 $1\\n parameter \\\\MEMID "\\\\\\\\m"\\n parameter \\\\COLLISION_X_MASK 1\\'0\\n'
-    >>> without_collisions("attribute \\\\no_rw_check 1\\n memory width 8 size 4 \\\\m\\n" + port).endswith("1'1\\n")
-    True
-    """
-    modules = re.split(r"(?m)^(?=module )", text)
-    for number, module in enumerate(modules):
-        marked = set(re.findall(r"attribute \\no_rw_check 1\n\s*(?:attribute .*\n\s*)*memory .* \\(\S+)\n", module))
-        if marked:
-            modules[number] = re.sub(
-                r'(cell \$memrd_v2 [^\n]*\n\s*parameter \\MEMID "\\\\(\S+)"\n(?:(?!\s*end\n).*\n)*?\s*parameter \\COLLISION_X_MASK 1\')0',
-                lambda found: found[1] + ("1" if found[2] in marked else "0"), module)
-    return "".join(modules)
-
-
 def place_and_route(component: Any, report: Callable[[str], None] = lambda step: None, *, seed: int = 1) -> Clock:
     """Synthesise, place and route ``component``, its ports at pins, which takes minutes. Paths from and to pins are not counted."""
     top = "matcher"
     with tempfile.TemporaryDirectory(prefix="clock-") as temporary:
         folder = Path(temporary)
-        (folder / "design.il").write_text(without_collisions(ZERO_INIT.sub("", rtlil_text(component, name=top))))
-        (folder / _RIPPLE.name).write_text(_RIPPLE.read_text())
+        (folder / "design.v").write_text(verilog_text(component, name=top))
         types, soft = _synthesise(folder, top, report)
         _plan(folder / "design.json", top)
         report("place and route")

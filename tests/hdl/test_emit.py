@@ -243,7 +243,7 @@ def test_marks_of_memories():
     marked = {name.replace(".", "_") for name, body in re.findall(r"(?ms)^module \\(\S+)$(.*?)^end$", source) if "no_rw_check" in body}
     found = {}
     for name, body in re.findall(r"(?ms)^module (\w+)(.*?)^endmodule", verilog_text(Delays(), name="top")):
-        for attributes in re.findall(r"(?m)^((?:  \(\*.*\n)*)  reg (?:\[\d+:0\] )?memory \[", body):
+        for attributes in re.findall(r"(?m)^((?:(?:  \(\*|`).*\n)*)  reg (?:\[\d+:0\] )?memory \[", body):
             found[name] = re.findall(r"\(\* (.*) \*\)", attributes)
     assert {name for name, attributes in found.items() if attributes} == marked == {"top_delay_0", "top_delay_2", "top_bit"}
     assert found == {

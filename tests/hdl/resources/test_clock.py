@@ -4,7 +4,9 @@ import json
 
 import pytest
 
+from hdl.emit import verilog_text
 from hdl.netlist import Cell, Netlist, read_netlist
+from hdl.parts.delay import Delay
 from hdl.resources import clock
 from hdl.resources.clock import _plan, _selection, _synthesise, _worst_path, our_name
 
@@ -57,10 +59,10 @@ def register(q):
 
 @pytest.fixture
 def design(tmp_path):
-    """Answers of two labels, two bits each, through two registers; the last ones of label 1 are merged."""
-    names = {"engine.array.transition_0[0]": [10, 11], "engine.array.transition_1[0]": [20, 21], "engine.array.transition_1[1]": [22, 22],
-             "engine.other_transition_9[0]": [40], "engine.transition": [20, 21]}
-    cells = {f"ff_{q}": register(q) for q in (10, 11, 20, 21, 22, 40)}
+    """Answers of three labels, two bits each, through two registers; the last ones of label 1 are merged."""
+    names = {"engine.array.transition_0": [10, 11, 12, 13, 14, 15], "engine.array.transition_": [20, 21, 22, 22, 23, 24],
+             "engine.array.transition_9": [10, 11, 12], "engine.other_transition_9": [40, 41], "engine.transition": [20, 21]}
+    cells = {f"ff_{q}": register(q) for q in (*range(10, 16), *range(20, 25), 40, 41)}
     blocks = ["engine.array.wait_0.memory.0.0", "engine.array.wait_1.memory.0.0"]
     cells |= {name: {"type": "DP16KD", "connections": {}} for name in blocks}
     cells = {name: {**cell, "parameters": {}, "attributes": {}} for name, cell in cells.items()}
@@ -71,7 +73,8 @@ def design(tmp_path):
 
 
 def test_selection(design):
-    assert _selection(read_netlist(design)["matcher"]) == {"ff_20": (0, 0), "ff_21": (0, 1), "ff_22": (1, 1)}
+    assert _selection(read_netlist(design)["matcher"]) == {
+        "ff_20": (0, 0), "ff_21": (0, 1), "ff_22": (1, 1), "ff_23": (2, 0), "ff_24": (2, 1)}
     assert _selection(Netlist({}, {}, {"clk": [2]})) == {}
 
 
@@ -79,6 +82,19 @@ def test_plan(design):
     _plan(design, "matcher")
     cells = read_netlist(design)["matcher"].cells
     placed = {name: cell.attributes["BEL"] for name, cell in cells.items() if cell.attributes}
-    assert set(placed) == {"ff_20", "ff_21", "ff_22", *(name for name in cells if "wait" in name)}
+    assert set(placed) == {"ff_20", "ff_21", "ff_22", "ff_23", "ff_24", *(name for name in cells if "wait" in name)}
     assert all(("EBR" in place) == ("wait" in name) for name, place in placed.items())
-    assert len(set(placed.values())) == 5
+    assert len(set(placed.values())) == 7
+
+
+def test_marked_memory_needs_no_logic(tmp_path):
+    """Synthesis reads from the delivered Verilog that a word is never read as it is written: one block, registers of output and addresses."""
+    text = verilog_text(Delay(18, 500), name="top")
+    found = {}
+    for name, source in (("marked", text), ("unmarked", text.replace("(* no_rw_check *)", ""))):
+        folder = tmp_path / name
+        folder.mkdir()
+        (folder / "design.v").write_text(source)
+        found[name], _ = _synthesise(folder, "top", lambda step: None)
+    assert found["marked"]["DP16KD"] == found["unmarked"]["DP16KD"] == 1
+    assert found["marked"]["TRELLIS_FF"] == 18 + 9 + 9 < found["unmarked"]["TRELLIS_FF"]
