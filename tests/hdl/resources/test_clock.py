@@ -88,7 +88,7 @@ def test_plan(design):
 
 
 def test_marked_memory_needs_no_logic(tmp_path):
-    """Synthesis reads from the delivered Verilog that a word is never read as it is written: one block, registers of output and addresses."""
+    """Synthesis reads in the Verilog that a word is never read as it is written: one block, registers of output and addresses."""
     text = verilog_text(Delay(18, 500), name="top")
     found = {}
     for name, source in (("marked", text), ("unmarked", text.replace("(* no_rw_check *)", ""))):
