@@ -7,6 +7,7 @@ from rich.table import Table
 
 from golden.config import MatcherConfig, parameters_of, value_of
 from golden.errors import UserError
+from golden.matcher.parameters import NAMED
 from golden.rig.config import RigConfig
 from golden.rig.lines import LINES
 
@@ -30,7 +31,7 @@ _WITHIN = {"logic_elements": LOGIC_ERROR}
 def remedies(config: MatcherConfig, rig: RigConfig | None) -> dict[str, str]:
     """What makes a design on a board smaller: figure to the options of ``python -m hdl.build`` that the design leaves."""
     smaller = [f"fewer --disparities than {config.labels}"]
-    if config.method.name != MatcherConfig().method.name:
+    if config.method.name in NAMED:
         smaller.append("other --parameters or another --method")
     if rig is not None:
         smaller += [f"fewer --rectify-lines than {rig.lines}"] * (rig.lines > LINES[0]) + ["--no-rectify"]
