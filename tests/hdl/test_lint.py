@@ -62,7 +62,9 @@ def slang(path, capfd):
     return 0 if passes else 1, "".join(capfd.readouterr())
 
 
-@pytest.mark.parametrize("config", CONFIGS.values(), ids=CONFIGS)
+# Slow: the method fused, whose census, support and refinement are those of the others, or much like them.
+@pytest.mark.parametrize("config", [
+    pytest.param(config, id=name, marks=pytest.mark.slow if name == "fused" else []) for name, config in CONFIGS.items()])
 def test_linters_find_nothing(config, tmp_path, capfd):
     path = write_verilog(Matcher(config), tmp_path / "matcher.v", name="matcher")
     (tmp_path / "matcher.vlt").write_text(verilator_waivers("matcher"))
