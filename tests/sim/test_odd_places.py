@@ -35,7 +35,7 @@ FOREIGN = {
 @pytest.fixture
 def source(tmp_path):
     path = tmp_path / "top.v"
-    path.write_text("module top #(parameter A = 0) (output [7:0] a); assign a = A; endmodule\n")
+    path.write_text("module top #(parameter A = 0) (output [7:0] a); assign a = A[7:0]; endmodule\n")
     return path
 
 

@@ -164,7 +164,7 @@ def test_objects_of_the_runtime_are_kept(tmp_path):
 def test_models_work(tmp_path):
     """Two models of a simulator, told apart by a parameter; a kept one runs as it does where it was built."""
     source = tmp_path / "top.v"
-    source.write_text("module top #(parameter A = 0) (output [7:0] a); assign a = A; endmodule\n")
+    source.write_text("module top #(parameter A = 0) (output [7:0] a); assign a = A[7:0]; endmodule\n")
     store = Store(tmp_path / "store")
     for folder, value in (("a", 5), ("b", 6), ("c d", 5)):
         seconds = build("icarus", [source], "top", tmp_path / folder, parameters={"A": value}, store=store)
