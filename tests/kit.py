@@ -13,7 +13,8 @@ import tempfile
 import warnings
 
 import pytest
-from amaranth.hdl import Fragment, UnusedElaboratable
+from amaranth.hdl import Fragment, Module, UnusedElaboratable
+from amaranth.lib import wiring
 
 from golden.errors import UserError
 from golden.pictures.dataset import PAIRS, data_folder, load_pair, motorcycle
@@ -40,6 +41,18 @@ def refused_components():
         warnings.simplefilter("ignore", UnusedElaboratable)
         yield
         gc.collect()
+
+
+class Circuit(wiring.Component):
+    """A component with the given ports, whose logic ``build(component, module)`` adds."""
+    def __init__(self, build, **ports):
+        self.build = build
+        super().__init__(ports)
+
+    def elaborate(self, platform):
+        m = Module()
+        self.build(self, m)
+        return m
 
 
 @functools.cache

@@ -48,7 +48,7 @@ class AxiLite(wiring.Component):
     bvalid : Out(1), bready : In(1), araddr : In(10), arvalid : In(1), arready : Out(1), rdata : Out(32), rresp : Out(2),
     rvalid : Out(1), rready : In(1)
     command : Out(stream.Signature(Command()))
-    response : In(stream.Signature(Response()))
+    result : In(stream.Signature(Response()))
     """
     PORTS: ClassVar = {
         "awaddr": In(ADDRESS_BITS), "awvalid": In(1), "awready": Out(1),
@@ -62,7 +62,7 @@ class AxiLite(wiring.Component):
         super().__init__({
             **self.PORTS,
             "command": Out(stream.Signature(Command())),
-            "response": In(stream.Signature(Response())),
+            "result": In(stream.Signature(Response())),
         })
 
     def elaborate(self, platform: object) -> Module:
@@ -106,12 +106,12 @@ class AxiLite(wiring.Component):
             m.d.sync += self.bvalid.eq(0)
         with m.If(self.rvalid & self.rready):
             m.d.sync += self.rvalid.eq(0)
-        m.d.comb += self.response.ready.eq(1)
-        with m.If(self.response.valid):
+        m.d.comb += self.result.ready.eq(1)
+        with m.If(self.result.valid):
             m.d.sync += busy.eq(0)
             with m.If(writing):
-                m.d.sync += [self.bvalid.eq(1), self.bresp.eq(bus_response(self.response.p.status)), waits["aw"].eq(0), waits["w"].eq(0)]
+                m.d.sync += [self.bvalid.eq(1), self.bresp.eq(bus_response(self.result.p.status)), waits["aw"].eq(0), waits["w"].eq(0)]
             with m.Else():
-                m.d.sync += [self.rvalid.eq(1), self.rresp.eq(bus_response(self.response.p.status)), waits["ar"].eq(0)]
-                m.d.sync += self.rdata.eq(Mux(self.response.p.status == Status.OK, self.response.p.data, 0))
+                m.d.sync += [self.rvalid.eq(1), self.rresp.eq(bus_response(self.result.p.status)), waits["ar"].eq(0)]
+                m.d.sync += self.rdata.eq(Mux(self.result.p.status == Status.OK, self.result.p.data, 0))
         return m

@@ -3,6 +3,7 @@
 A method is a tuple of such parts, see :mod:`hdl.matcher.methods`. They are composed by these attributes alone, whichever method it is.
 """
 
+from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from typing import ClassVar
 
@@ -17,7 +18,7 @@ from .stream import FLAGS
 __all__ = ["CostArray", "LabelOutput", "Selected", "Stage"]
 
 
-class Stage(wiring.Component):
+class Stage(wiring.Component, ABC):
     """A stage on the stream of pixels, of columns or of labels; constructed from a :class:`MatcherConfig` alone.
 
     Members ``i`` and ``o`` are streams; any further members are settings.
@@ -46,12 +47,12 @@ class Stage(wiring.Component):
     rows: int = 3
 
     @property
+    @abstractmethod
     def latency(self) -> int:
         """Cycles from a word to its result beyond :attr:`lines`, if nothing stalls."""
-        raise NotImplementedError
 
 
-class CostArray(wiring.Component):
+class CostArray(wiring.Component, ABC):
     """An array of costs of the streaming engine, a cell a label; constructed from a configuration and the depth of its line memory.
 
     Members
@@ -74,9 +75,9 @@ class CostArray(wiring.Component):
     settings: ClassVar[tuple[str, ...]] = ()
 
     @staticmethod
+    @abstractmethod
     def columns_of(config: MatcherConfig) -> data.StructLayout:
         """Payload of the columns that it needs."""
-        raise NotImplementedError
 
     @staticmethod
     def join_threshold_of(config: MatcherConfig) -> int | None:
@@ -99,9 +100,9 @@ class CostArray(wiring.Component):
         return 0
 
     @staticmethod
+    @abstractmethod
     def latency_of(config: MatcherConfig) -> int:
         """Cycles from the issue of the last pixel needed to ``queued``."""
-        raise NotImplementedError
 
     @staticmethod
     def sideband_of(config: MatcherConfig) -> wiring.Signature:

@@ -1,5 +1,6 @@
 """Readers of pictures out of the frame store: of pairs for the matcher, and of the picture for the monitor."""
 
+from abc import ABC, abstractmethod
 from typing import Any
 
 from amaranth import *
@@ -149,7 +150,7 @@ class _PlanePairReader(wiring.Component):
         return m
 
 
-class _Reader(wiring.Component):
+class _Reader(wiring.Component, ABC):
     """What :class:`PairReader` and :class:`PictureReader` share; see there.
 
     Parameters
@@ -192,9 +193,9 @@ class _Reader(wiring.Component):
         self._connect(m, reader)
         return m
 
+    @abstractmethod
     def _connect(self, m: Module, reader: _PlanePairReader) -> None:
         """Connect the control of ``reader``, and the fields of its pixels to those of ``o``."""
-        raise NotImplementedError
 
 
 class PairReader(_Reader):

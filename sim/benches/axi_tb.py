@@ -11,11 +11,10 @@ from cocotbext.axi import AxiLiteBus, AxiLiteMaster, AxiStreamBus, AxiStreamFram
 from golden.host.core_registers import WORD_BYTES
 from golden.video.frame_rule import Closes, Fault, ReceivedWord
 from sim.benches.bus_cases import CASES, pauses, pixel_words
-from sim.benches.bus_runs import Host, accesses, contradictions, late_settings, new_settings, pictures
+from sim.benches.bus_runs import Host, accesses, contradictions
 
 
 CASE = CASES[os.environ["CASE"]]
-SETTINGS = {name: CASE.registers[name] for name in CASE.config.settings}
 
 
 class AxiHost(Host):
@@ -125,32 +124,6 @@ async def channels(dut):
         await task
         assert await host.get("width") == 6
         await host.set(width=5)
-
-
-@cocotb.test(timeout_time=200, timeout_unit="us")
-async def frames(dut):
-    """With stalls of all channels; then of another size, with other settings."""
-    host = await start(dut, 0.3)
-    await pictures(host, CASE.pairs(2), {})
-    settings = {name: register.maximum for name, register in SETTINGS.items()}
-    await host.set(width=7, height=4, **settings)
-    await host.applied()
-    await pictures(host, CASE.pairs(2, 7, 4), settings)
-
-
-@cocotb.test(timeout_time=200, timeout_unit="us")
-async def full_rate(dut):
-    await pictures(await start(dut), CASE.pairs(2), {})
-
-
-@cocotb.test(timeout_time=200, timeout_unit="us")
-async def settings_within_a_frame(dut):
-    await new_settings(await start(dut, 0.2), {name: register.minimum for name, register in SETTINGS.items()})
-
-
-@cocotb.test(timeout_time=200, timeout_unit="us")
-async def settings_before_the_output(dut):
-    await late_settings(await start(dut), {name: register.minimum for name, register in SETTINGS.items()})
 
 
 @cocotb.test(timeout_time=200, timeout_unit="us")

@@ -1,4 +1,4 @@
-"""The cores with a bus as emitted Verilog, between masters, sources and sinks of kits; see ``axi_tb.py`` and ``avalon_tb.py``."""
+"""The cores with a bus as emitted Verilog, between masters, sources and sinks of kits, see ``axi_tb``, ``avalon_tb`` and ``bus_tb``."""
 
 import pytest
 
@@ -8,7 +8,7 @@ from sim.benches.bus_cases import CASES
 from sim.kit.simulators import build, run
 
 
-# Benches in either file; AXI has channels that are to be independent.
+# Benches of either bus, with those that both have; AXI has channels that are to be independent.
 TESTS = {"axi": 7, "avalon": 6}
 
 
@@ -24,4 +24,5 @@ def test_core(simulator, case, interface, tmp_path):
     core = INTERFACES[interface](*CASES[case])
     source = write_verilog(core, tmp_path / "core.v", name="stereo_core")
     build(simulator, [source], "stereo_core", tmp_path / simulator)
-    assert run(simulator, "stereo_core", tmp_path / simulator, f"sim.benches.{interface}_tb", env={"CASE": case}) == TESTS[interface]
+    modules = f"sim.benches.{interface}_tb,sim.benches.bus_tb"
+    assert run(simulator, "stereo_core", tmp_path / simulator, modules, env={"CASE": case, "BUS": interface}) == TESTS[interface]

@@ -290,14 +290,14 @@ def build(simulator: str, sources: Iterable[str | os.PathLike[str]], toplevel: s
 def run(simulator: str, toplevel: str, build_dir: str | os.PathLike[str], test_module: str, *, plusargs: Iterable[str] = (),
         env: Mapping[str, object] | None = None, waves: str | os.PathLike[str] | None = None,
         log_file: str | os.PathLike[str] | None = None) -> int:
-    """Run all tests of a cocotb module on a model that :func:`build` put into ``build_dir``.
+    """Run all tests of cocotb modules on a model that :func:`build` put into ``build_dir``.
 
     Parameters
     ----------
     simulator, toplevel, build_dir
         As in :func:`build`.
     test_module : str
-        Dotted name, from the root of the project.
+        Dotted name, from the root of the project; of several, with commas between them.
     plusargs : sequence of str
         ``+name=value``.
     env : dict

@@ -1,6 +1,6 @@
 """The support of a pixel on its line: its arms, and where their ends are in the memories of running sums."""
 
-from abc import abstractmethod
+from abc import ABC, abstractmethod
 
 from amaranth import *
 from amaranth.hdl import ShapeLike
@@ -61,7 +61,7 @@ class StepDelay(wiring.Component):
         return m
 
 
-class SupportArms(wiring.Component):
+class SupportArms(wiring.Component, ABC):
     """Arms of the support of every pixel on its line; a subclass tells how far they reach.
 
     Two pixels ``j`` apart are compared once, for the left arm of the one and the right arm of the other.

@@ -36,7 +36,7 @@ class Registers(Elaboratable):
         if self.front:
             m.submodules.front = front = self.front
             wiring.connect(m, front.command, self.access.i)
-            wiring.connect(m, self.access.o, front.response if isinstance(front, AxiLite) else front.result)
+            wiring.connect(m, self.access.o, front.result)
         return m
 
     def run(self, *testbenches, background=()):

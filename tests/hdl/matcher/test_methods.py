@@ -29,6 +29,14 @@ from tests.hdl.matcher.toy_method.reference import match as toy_match
 ROOT = pathlib.Path(__file__).parents[3]
 
 
+@pytest.mark.parametrize("contract, missing", [(Stage, "latency"), (CostArray, "columns_of"), (CostArray, "latency_of")])
+def test_part_that_answers_not_all(contract, missing):
+    """A part without what the contract asks for is refused as it is made, not where the answer would be used."""
+    given = {name: None for name in contract.__abstractmethods__ if name != missing}
+    with pytest.raises(TypeError, match=f"abstract method {missing}|abstract method '{missing}'"):
+        type("Part", (contract,), given)({})
+
+
 @pytest.fixture
 def row(monkeypatch):
     monkeypatch.setitem(methods.METHODS, Toy, Parts(costs=ToyArray))

@@ -3,7 +3,6 @@
 import pytest
 from amaranth import *
 from amaranth.hdl import Mux
-from amaranth.lib import wiring
 from amaranth.lib.memory import Memory
 from amaranth.lib.wiring import In, Out
 
@@ -13,17 +12,7 @@ from hdl.parts.queue import AsyncQueue
 from hdl.resources.count import Resources
 from hdl.resources.estimate import estimate
 from hdl.resources.estimate.memories import MemoryShape, blocks, logic_elements
-
-
-class _Circuit(wiring.Component):
-    def __init__(self, build, ports):
-        self.build = build
-        super().__init__(ports)
-
-    def elaborate(self, platform):
-        m = Module()
-        self.build(self, m)
-        return m
+from tests.kit import Circuit
 
 
 def comb(function):
@@ -85,7 +74,7 @@ def outside(c, m):
     """What a block above leaves open or sets is known inside."""
     def inside(c, m):
         m.d.sync += [c.y.eq(c.a + c.b), c.z.eq(c.a - c.b)]
-    m.submodules.part = part = _Circuit(inside, {**WORDS, "y": Out(8), "z": Out(8)})
+    m.submodules.part = part = Circuit(inside, **WORDS, y=Out(8), z=Out(8))
     m.d.comb += [part.a.eq(c.a), part.b.eq(0), c.y.eq(part.y)]
 
 
@@ -124,12 +113,12 @@ def figures():
     """Of each of the blocks, in a design with all of them, whose ports are theirs; emitted once."""
     def build(c, m):
         for name, (function, ports) in BLOCKS.items():
-            m.submodules[name] = block = _Circuit(function, ports)
+            m.submodules[name] = block = Circuit(function, **ports)
             for port, member in ports.items():
                 pair = getattr(block, port), getattr(c, f"{name}_{port}")
                 m.d.comb += pair[0].eq(pair[1]) if member.flow is In else pair[1].eq(pair[0])
     ports = {f"{name}_{port}": member for name, (_, ports) in BLOCKS.items() for port, member in ports.items()}
-    found = estimate(emit_rtlil(rtlil_text(_Circuit(build, ports), name="top")).netlist, "top").blocks
+    found = estimate(emit_rtlil(rtlil_text(Circuit(build, **ports), name="top")).netlist, "top").blocks
     return {name: Resources(*map(sum, zip(Resources(), *(figures for path, figures in found.items() if path.split(".")[1] == name))))
             for name in BLOCKS}
 

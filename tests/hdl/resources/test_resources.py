@@ -20,21 +20,10 @@ from hdl.resources.count import FIGURES, Count, Resources, count
 from hdl.resources.devices import DEFAULT_DEVICE, DEVICES
 from hdl.resources.mapping import Mapped, map_cyclone3
 from hdl.resources.report import as_json, counting, system_table, table, tree
+from tests.kit import Circuit
 
 
 DEVICE = DEVICES[DEFAULT_DEVICE]
-
-
-class Circuit(wiring.Component):
-    """A component with the given ports, whose logic ``build(component, module)`` adds."""
-    def __init__(self, build, **ports):
-        self.build = build
-        super().__init__(ports)
-
-    def elaborate(self, platform):
-        m = Module()
-        self.build(self, m)
-        return m
 
 
 def registered(function):
