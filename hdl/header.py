@@ -1,5 +1,6 @@
 """The comment at the top of every delivered Verilog file: what it is, and how it is made again."""
 
+import importlib.metadata
 import shlex
 import textwrap
 from collections.abc import Mapping, Sequence
@@ -9,7 +10,6 @@ from typing import Any
 __all__ = ["command_line", "header"]
 
 
-_LICENCE = "BSD-2-Clause"
 _WIDTH = 110
 
 
@@ -59,7 +59,7 @@ def header(file: str, version: str, command: str, manifest: Mapping[str, Any], l
         f"{file}: stereo matcher, {what}.",
         f"stereo-graph-cut {version}; made by:",
         f"    {command}",
-        f"SPDX-License-Identifier: {_LICENCE}",
+        f"SPDX-License-Identifier: {importlib.metadata.metadata('stereo-graph-cut')['License-Expression']}",
         "",
         *textwrap.wrap(f"Parameters: {', '.join(_facts(parameters))}.", _WIDTH, subsequent_indent="    ", break_long_words=False),
         f"Clocks a pixel: {manifest['clocks_per_pixel']}. A line of fewer than {manifest['full_rate_width']} pixels takes as long as that.",

@@ -4,6 +4,8 @@ import re
 from collections import Counter
 from collections.abc import Callable, Collection, Mapping
 
+from .memory_blocks import MemoryShape, blocks
+
 
 __all__ = ["tidy"]
 
@@ -20,9 +22,6 @@ _PIN = re.compile(r"    \.(\w+)\((.*)\),?\n")
 _INITIAL = re.compile(r"(?m)^(  reg (?:signed )?(?:\[\d+:0\] )?(\w+)) = (\d+'\w+);\n")
 _NOT = re.compile(r"(?m)^(  assign .* = )! (\w+)(?:\[(\d+)(?::(\d+))?\])?;\n")
 _MARKED = re.compile(r"(?m)^  \(\* no_rw_check = [^*]* \*\)\n(?=  reg (?:\[(\d+):0\] )?\w+ \[(\d+):0\];)")
-# A memory of more bits, for each memory block side by side of so many bits, is to be in blocks, as `hdl.resources` counts: there a block
-# costs 16, a bit of logic 1/4. Smaller ones may be logic.
-_LOGIC_BITS, _BLOCK_WIDTH = 64, 36
 # A condition around a statement with two branches: whose `else` it is.
 _NESTED = re.compile(r"(?m)^(    if \(.*\))\n((?:      .*\n){2})")
 _CASES = "// At most one bit of a casez's select is high.\n// verilator lint_off CASEOVERLAP\n{}// verilator lint_on CASEOVERLAP\n"
@@ -31,7 +30,7 @@ _CASES = "// At most one bit of a casez's select is high.\n// verilator lint_off
 def _marks(found: re.Match[str]) -> str:
     """Attributes of a memory that is never read where it is written: for Yosys, and for Quartus, whose words Yosys would refuse."""
     width, words = (int(high or 0) + 1 for high in found.groups())
-    block = "M9K, " if width * words > _LOGIC_BITS * -(-width // _BLOCK_WIDTH) else ""
+    block = "M9K, " if blocks(MemoryShape(words, width, written=1)) else ""
     return f'  (* no_rw_check *)\n`ifndef YOSYS\n  (* ramstyle = "{block}no_rw_check" *)\n`endif\n'
 
 

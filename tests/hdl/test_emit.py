@@ -231,7 +231,7 @@ class Delays(wiring.Component):
             m.submodules[f"delay_{number}"] = delay = Delay(40, clocks)
             m.d.comb += delay.i.eq(value)
             value = delay.o
-        m.submodules.bit = bit = Delay(1, 65)
+        m.submodules.bit = bit = Delay(1, 73)
         m.submodules.store = store = Store([])
         m.d.comb += [bit.i.eq(value[0]), store.i.eq(value), self.o.eq(Cat(value[8:], bit.o) ^ store.o)]
         return m

@@ -4,13 +4,13 @@ import gc
 from collections import Counter, defaultdict
 from collections.abc import Callable, Mapping
 
+from ...memory_blocks import MemoryShape, blocks, logic_elements
 from ...netlist import Netlist
 from ..count import FIGURES, Count, Resources
 from .cells import register_inputs
 from .cover import Cover
 from .flat import Flat, FlatCell
 from .graph import ADD, CARRY, LOGIC, MULTIPLIER, PRODUCT, RAM, READ, REGISTER
-from .memories import MemoryShape, blocks, logic_elements
 from .resolve import Resolved
 
 

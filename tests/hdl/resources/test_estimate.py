@@ -7,11 +7,11 @@ from amaranth.lib.memory import Memory
 from amaranth.lib.wiring import In, Out
 
 from hdl.emit import emit_rtlil, rtlil_text
+from hdl.memory_blocks import MemoryShape, blocks, logic_elements
 from hdl.netlist import Cell, Netlist, Port
 from hdl.parts.queue import AsyncQueue
 from hdl.resources.count import Resources
 from hdl.resources.estimate import estimate
-from hdl.resources.estimate.memories import MemoryShape, blocks, logic_elements
 from tests.kit import Circuit
 
 

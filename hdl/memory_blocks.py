@@ -1,4 +1,7 @@
-"""Which memories are in M9K blocks, and in how many: the rule of Yosys's ``memory_libmap`` with ``cyclone3/memories.txt``."""
+"""Which memories are in M9K blocks, and in how many: the rule of Yosys's ``memory_libmap`` with ``resources/cyclone3/memories.txt``.
+
+The estimate of resources follows it, and so do the marks in the Verilog, so that a vendor's synthesis does what is counted.
+"""
 
 from typing import NamedTuple
 
