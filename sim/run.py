@@ -1,10 +1,11 @@
 """The main job: ``python -m sim.run [LEFT RIGHT]`` sends a stereo pair through the simulated Verilog of the matcher.
 
 The pictures are written as text, the simulator reads them and writes the disparities as text, and the disparity picture must equal
-the golden model's in every pixel.
+the golden model's in every pixel. With ``--hardware PORT`` a board is in the simulator's place.
 """
 
 import argparse
+import functools
 import shutil
 import sys
 import time
@@ -26,7 +27,9 @@ from golden.pictures.images import colour_map, read_pair, write_picture
 from golden.pictures.metrics import bad_pixels
 from golden.pictures.white import add_white_option, check_white
 from golden.tables import print_table
+from hdl.host.loop import Board
 
+from .hardware import Connect, add_hardware_options, as_result, board_report, match_shown, opened, print_board, serial_port
 from .kit.harness import Result, mismatches, simulate
 from .kit.simulators import SIMULATORS, SimulationError, require
 
@@ -48,7 +51,8 @@ def _parser() -> Parser:
                         help="number of disparities, 0 .. N-1 pixels, 2 to 256; what covers the truth for the Motorcycle pair")
     add_white_option(parser)
     add_gateware_options(parser)
-    parser.add_argument("--simulator", choices=SIMULATORS, default=SIMULATORS[0], help="default: %(default)s")
+    parser.add_argument("--simulator", choices=SIMULATORS, help=f"default: {SIMULATORS[0]}")
+    add_hardware_options(parser)
     parser.add_argument("--output", type=Path, default=Path("build/run"), metavar="DIR",
                         help="folder for the results (default: %(default)s)")
     parser.add_argument("--waves", action="store_true", help="also leave a waveform file in DIR: FST from icarus, VCD from verilator; "
@@ -56,20 +60,21 @@ def _parser() -> Parser:
     return parser
 
 
-def _pictures(options) -> tuple[NDArray[np.uint8], NDArray[np.uint8], int, StereoPair | None]:
-    """Left, right, number of disparities, and the pair with its truth if no pictures were named."""
+def _pictures(options, board: Board | None) -> tuple[NDArray[np.uint8], NDArray[np.uint8], int, StereoPair | None]:
+    """Left, right, number of disparities, and the pair with its truth if no pictures were named. A board tells how many it has."""
     if len(options.pictures) not in (0, 2):
         raise UserError(f"LEFT and RIGHT are two pictures, not {len(options.pictures)}; name both or none")
     check_white(options, bool(options.pictures))
-    if options.disparities is not None:
-        gateware_config(options, options.disparities)  # before anything is read
+    asked = board.labels if board and options.disparities is None else options.disparities
+    if asked is not None:
+        gateware_config(options, asked)  # before anything is read
     if options.pictures:
-        if options.disparities is None:
+        if asked is None:
             raise UserError("--disparities is missing; say how many disparities, 2 to 256, the pair needs")
         left, right = options.pictures
-        return *read_pair(left, right, options.white), options.disparities, None
+        return *read_pair(left, right, options.white), asked, None
     pair = motorcycle()
-    return pair.left, pair.right, pair.disparities if options.disparities is None else options.disparities, pair
+    return pair.left, pair.right, pair.disparities if asked is None else asked, pair
 
 
 def _write(folder: Path, left, right, result: Result, config: MatcherConfig, report: dict) -> None:
@@ -128,13 +133,46 @@ def _print(report: dict, config: MatcherConfig, folder: Path) -> None:
     print(f"Results are in {folder}: disparity.png to look at, report.json for the figures.")
 
 
-def _main(argv: Sequence[str] | None) -> int:
+def _main(connect: Connect, argv: Sequence[str] | None) -> int:
     options = _parser().parse_args(argv)
-    left, right, disparities, pair = _pictures(options)
-    config = gateware_config(options, disparities, max_width=left.shape[1])
-    require(options.simulator)
-    with output_folder(options.output) as folder:
-        return _simulate(folder, options, config, left, right, pair)
+    with opened(options, connect) as board:
+        left, right, disparities, pair = _pictures(options, board)
+        config = gateware_config(options, disparities, max_width=left.shape[1])
+        if board:
+            board.check(config, *left.shape[::-1])
+        else:
+            options.simulator = options.simulator or SIMULATORS[0]
+            require(options.simulator)
+        with output_folder(options.output) as folder:
+            if board:
+                return _match(folder, options, board, config, left, right, pair)
+            return _simulate(folder, options, config, left, right, pair)
+
+
+def _match(folder: Path, options: argparse.Namespace, board: Board, config: MatcherConfig, left: NDArray[np.uint8],
+           right: NDArray[np.uint8], pair: StereoPair | None) -> int:
+    """Match the pair on the board and leave the results in the folder; the exit status."""
+    run = match_shown(board, config, left, right)
+    result = as_result(run)
+    wrong = mismatches(result, 0, left, right, config)
+    report = board_report(run, config, options, wrong) | _quality(result, config, pair)
+    _write(folder, left, right, result, config, report)
+    print_board(report, config)
+    print(f"Results are in {folder}: disparity.png to look at, report.json for the figures.")
+    note_order(left, right, config)
+    return 1 if wrong else 0
+
+
+def _quality(result: Result, config: MatcherConfig, pair: StereoPair | None) -> dict:
+    """Figures of the disparities, for the report."""
+    report: dict = {}
+    if "passed" in result.fields[0]:
+        report["passed_percent"] = round(100 * float(np.mean(result.fields[0]["passed"])), 2)
+    if pair is not None:
+        report["pair"] = pair.name
+        disparity = in_pixels(result.fields[0]["disparity"], config)
+        report["bad_pixels_percent"] = round(bad_pixels(disparity, pair.truth, pair.masks["known"]), 2)
+    return report
 
 
 def _simulate(folder: Path, options: argparse.Namespace, config: MatcherConfig, left: NDArray[np.uint8], right: NDArray[np.uint8],
@@ -161,12 +199,7 @@ def _simulate(folder: Path, options: argparse.Namespace, config: MatcherConfig, 
         "clocks": result.report["clocks"], "build_seconds": round(result.build_seconds, 3),
         "total_seconds": round(time.perf_counter() - start, 3),
     }
-    if "passed" in result.fields[0]:
-        report["passed_percent"] = round(100 * float(np.mean(result.fields[0]["passed"])), 2)
-    if pair is not None:
-        report["pair"] = pair.name
-        disparity = in_pixels(result.fields[0]["disparity"], config)
-        report["bad_pixels_percent"] = round(bad_pixels(disparity, pair.truth, pair.masks["known"]), 2)
+    report |= _quality(result, config, pair)
     _write(folder, left, right, result, config, report)
     _print(report, config, folder)
     note_order(left, right, config)
@@ -175,9 +208,9 @@ def _simulate(folder: Path, options: argparse.Namespace, config: MatcherConfig, 
     return 1 if wrong else 0
 
 
-def main(argv: Sequence[str] | None = None) -> int:
-    """Run the command line; return its exit status."""
-    return run_cli(_main, argv, "sim.run")
+def main(argv: Sequence[str] | None = None, connect: Connect = serial_port) -> int:
+    """Run the command line; return its exit status. ``connect`` opens the port of ``--hardware``, at a baud rate."""
+    return run_cli(functools.partial(_main, connect), argv, "sim.run")
 
 
 if __name__ == "__main__":

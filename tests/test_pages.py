@@ -20,6 +20,7 @@ DOCS = ROOT / "docs"
 COMMANDS = {
     "compare.md": "python -m golden compare --output docs/compare.png --page docs/compare.md",
     "core_registers.md": "python -m golden.host.register_page --core --output docs/core_registers.md",
+    "loop_registers.md": "python -m golden.host.register_page --loop --output docs/loop_registers.md",
     "registers.md": "python -m golden.host.register_page --output docs/registers.md",
     "resources.md": "python -m hdl.resources.tables --clock docs/clock.json",
     "thesis.md": "python -m golden thesis",

@@ -1,8 +1,10 @@
-"""The wire protocol: six bytes each way with a checksum; a line of a kept picture follows the reply to a block read, with a CRC.
+"""The wire protocol: six bytes each way with a checksum; a line of a kept picture follows the reply to a block read, with a CRC. To systems
+that take pictures a line and its CRC are sent after the request of a block write, before its reply.
 
 Shared by host, gateware, models and tests.
 """
 
+import binascii
 import enum
 from dataclasses import dataclass
 
@@ -38,6 +40,7 @@ class Operation(enum.IntEnum):
     READ = 0x52
     WRITE = 0xAD
     BLOCK = 0x61
+    BLOCK_WRITE = 0x9E
 
 
 class Status(enum.IntEnum):
@@ -49,13 +52,15 @@ class Status(enum.IntEnum):
     OUT_OF_RANGE = 4
     UNKNOWN_OPERATION = 5
     NOT_KEPT = 6
+    BUSY = 7
 
 
 @dataclass(frozen=True)
 class Request:
     """A request of the host; ``operation`` may be another value than those of :class:`Operation`, ``value`` is ignored in a read.
 
-    Of a block read, ``address`` is the plane (:class:`golden.video.memory_map.Plane`, the first three), and ``value`` is the line.
+    Of a block read or a block write, ``address`` is the plane (:class:`golden.video.memory_map.Plane`, the first three), and ``value`` is
+    the line.
     """
     operation: int
     address: int
@@ -64,7 +69,7 @@ class Request:
 
 @dataclass(frozen=True)
 class Reply:
-    """A reply of the chip: ``value`` is the register's, or the line of a block read; 0 unless ``status`` is ``OK``."""
+    """A reply of the chip: ``value`` is the register's, or the line of a block; 0 unless ``status`` is ``OK``."""
     status: Status
     address: int
     value: int = 0
@@ -136,16 +141,12 @@ def crc(data: bytes) -> int:
     >>> hex(crc(b"123456789"))
     '0x29b1'
     """
-    value = 0xFFFF
-    for byte in data:
-        value ^= byte << 8
-        for _ in range(8):
-            value = (value << 1 ^ (0x1021 if value & 0x8000 else 0)) & 0xFFFF
-    return value
+    return binascii.crc_hqx(data, 0xFFFF)
 
 
 def encode_block(plane: int, line: int, data: bytes) -> bytes:
-    """What follows the reply to a block read: the line's bytes, and the CRC over plane, line and these bytes.
+    """What follows the reply to a block read, or the request of a block write: the line's bytes, and the CRC over plane, line and
+    these bytes.
 
     >>> encode_block(0, 1, bytes(4)).hex(" ")
     '00 00 00 00 5b 9f'

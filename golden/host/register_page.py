@@ -1,5 +1,5 @@
 """`python -m golden.host.register_page --output docs/registers.md`: the page of the register map and of its protocol; with `--core` that
-of the core with a bus.
+of the core with a bus, with `--loop` that of the matcher behind a serial line.
 """
 
 import sys
@@ -17,6 +17,7 @@ from ..video.frame_rule import Fault
 from ..video.memory_map import MemoryMap
 from .blocks import PLANES, line_bytes
 from .core_registers import WORD_BITS, WORD_BYTES, core_register_map
+from .loop_registers import LOOP_BAUD, LOOP_PLANES, SENT_PLANES, loop_register_map, result_bits
 from .protocol import (
     BAUD,
     CRC_BYTES,
@@ -36,7 +37,7 @@ from .protocol import (
 from .registers import COUNT_MAX, Kind, Register, RegisterMap, register_map
 
 
-__all__ = ["core_page", "main", "page"]
+__all__ = ["core_page", "loop_page", "main", "page"]
 
 
 _STATUS_TEXT = {
@@ -256,14 +257,87 @@ def core_page(registers: RegisterMap) -> str:
     return "\n".join(head + lines) + "\n"
 
 
+#: Of which the page of the matcher behind a serial line tells.
+LOOP_CONFIG = MatcherConfig(64, 320, method=Fused())
+
+
+def loop_page(registers: RegisterMap) -> str:
+    """The page of the registers of the matcher behind a serial line, and of its blocks, in Markdown."""
+    width = LOOP_CONFIG.max_width
+    example = Request(Operation.BLOCK_WRITE, 1, 300)
+    fields = ", ".join(f"`{name}` {bits}" for name, bits in result_bits(LOOP_CONFIG).items())
+    lines = [
+        _paragraph(
+            "The matcher of `hdl/loop/` has these registers behind its serial line, "
+            f"{LOOP_BAUD:,} baud unless its board says otherwise, eight data bits, no parity, one stop bit.",
+            "Requests and replies are those of [registers.md](registers.md); registers that are there, too, have the same name and",
+            "address.",
+            "[loop.md](loop.md) tells how a host uses them."),
+        "",
+        "## Blocks",
+        "",
+        _paragraph(
+            f"A block write, operation `0x{Operation.BLOCK_WRITE:02X}`, sends a line of a picture: the address is the plane,",
+            ", ".join(f"{number} {name}" for number, name in enumerate(SENT_PLANES)) + ", and the value is the line, from 0.",
+            "The request is followed by `picture_width` bytes, the pixels from left to right, and two of the CRC, the upper byte first.",
+            "The CRC is that of a block read, over plane, line and these bytes. Then the reply is sent: status 0 if the line is stored,",
+            "1 if the CRC is wrong or the block was cut short, and nothing has changed. Status 2, 4 or 7 follows the request, and",
+            "refuses it.",
+            f"For example, `{encode_request(example).hex(' ')}` and {width} + {CRC_BYTES} bytes write line {example.value} of the right",
+            f"picture, and `{encode_reply(Reply(Status.OK, example.address, example.value)).hex(' ')}` confirms it."),
+        "",
+        _paragraph(
+            f"A block read, operation `0x{Operation.BLOCK:02X}`, has the planes",
+            ", ".join(f"{number} {name}" for number, name in enumerate(LOOP_PLANES)) + ".",
+            "The first three have a byte a pixel, `picture_width` of them; those of the disparities are whole labels.",
+            "A pixel of the plane result has `result_bytes` bytes, the least significant one first: fields of the matcher's output,",
+            f"the first one lowest, here with their bits: {fields}.",
+            "`disparity` is a label, in units of 1/8 pixel with sub-pixel disparities: add `minimum`.",
+            "Status 6 refuses a read while `kept` is 0."),
+        "",
+        "| status | meaning |",
+        "|---|---|",
+        *(f"| {status.value} | {text} |" for status, text in _STATUS_TEXT.items() if status < Status.UNKNOWN_OPERATION),
+        f"| {Status.UNKNOWN_OPERATION.value} | neither a read, a write, a block read nor a block write |",
+        f"| {Status.NOT_KEPT.value} | a block read, and no pair has been matched |",
+        f"| {Status.BUSY.value} | a block write while a pair is being matched, or while `keep` is 1 |",
+        "",
+        _paragraph(
+            "A host need not wait for replies: block writes may follow each other, and up to 10 requests may wait while a block is sent.",
+            "Replies have the order of the requests. So that no pixel is ever taken for a request, the chip ignores everything after",
+            "status 1, 5, or a refused block write, and after bytes that begin no request, until the line has been silent for",
+            f"{1000 * FRAME_SECONDS:g} ms. A host that misses a good reply waits for {1000 * QUIET_SECONDS:g} ms and repeats from",
+            "there on."),
+        *_tables(registers, {
+            Kind.CONSTANT: ("Constants", "Read-only; here those of 320x240 pixels and 64 labels with the method `fused`."),
+            Kind.SETTING: ("Settings", "Read and written; those of the matcher take effect with `start`, the others at once. "
+                           "A matcher that was built with a negative `minimum` takes any value from there on."),
+            Kind.ACTION: ("Actions", "Write 1; they read as 0."),
+            Kind.STATUS: ("Status", "Read-only; the present state, or that of the last pair."),
+            Kind.COUNTER: ("Counters", "Read-only; since reset or the last `clear_counters`. They hold their greatest value, "
+                           f"{COUNT_MAX}."),
+        }, loop_register_map),
+    ]
+    head = ["# Registers of the matcher behind a serial line", "",
+            origin("python -m golden.host.register_page --loop --output docs/loop_registers.md", digest(lines)), ""]
+    return "\n".join(head + lines) + "\n"
+
+
 def _run(argv: Sequence[str] | None) -> None:
     parser = Parser(prog="golden.host.register_page", description="Write the page of the register map and its protocol.")
     parser.add_argument("--output", type=Path, required=True, metavar="FILE", help="Markdown, .md")
-    parser.add_argument("--core", action="store_true", help="of the core with a bus, not of the board")
+    which = parser.add_mutually_exclusive_group()
+    which.add_argument("--core", action="store_true", help="of the core with a bus, not of the board")
+    which.add_argument("--loop", action="store_true", help="of the matcher behind a serial line, not of the board with cameras")
     options = parser.parse_args(argv)
     path = check_output(options.output, [".md"])
     config = MatcherConfig(method=Fused())
-    text = core_page(core_register_map(config)) if options.core else page(register_map(config, rig=RigConfig()))
+    if options.core:
+        text = core_page(core_register_map(config))
+    elif options.loop:
+        text = loop_page(loop_register_map(LOOP_CONFIG))
+    else:
+        text = page(register_map(config, rig=RigConfig()))
     with atomic(path) as file:
         file.write(text.encode())
 

@@ -1,4 +1,4 @@
-"""Block reads: a line of a kept picture, with its CRC, as bytes for the host."""
+"""Block reads: a line of a kept picture, with its CRC, as bytes for the host. And the port of block writes, which bring one."""
 
 from amaranth import *
 from amaranth.lib import data, stream, wiring
@@ -8,7 +8,7 @@ from golden.host.blocks import PLANES
 from golden.host.protocol import Status
 
 
-__all__ = ["BlockPort", "BlockRead", "LineByte", "LineRequest", "crc_step"]
+__all__ = ["BlockPort", "BlockRead", "BlockWritePort", "LineByte", "LineRequest", "crc_step"]
 
 
 class LineRequest(data.StructLayout):
@@ -39,6 +39,26 @@ class BlockPort(Signature):
         })
 
 
+class BlockWritePort(Signature):
+    """Port to the block write, seen from the register file.
+
+    ``plane`` and ``line`` hold from two cycles before ``start`` until the block has ended: in the second one ``status`` tells whether the
+    block can be accepted, and ``start`` may be high if it is ``OK``. The bytes that follow are data and CRC. The block ends with ``done``,
+    high for one cycle, and ``good``: it was stored; or with ``cancel``, high for one cycle in which no byte is valid.
+    """
+    def __init__(self) -> None:
+        super().__init__({
+            "plane": Out(8),
+            "line": Out(16),
+            "status": In(Status, init=Status.UNKNOWN_OPERATION),
+            "start": Out(1),
+            "byte": Out(stream.Signature(8)),
+            "cancel": Out(1),
+            "done": In(1),
+            "good": In(1),
+        })
+
+
 def crc_step(crc: Value, byte: Value) -> Value:
     """The CRC of the bytes before, and of ``byte`` too. Golden: :func:`golden.host.protocol.crc`."""
     # A bit at a time, written out: each bit of the result is an exclusive or of some bits of both.
@@ -64,6 +84,8 @@ class BlockRead(wiring.Component):
     ----------
     height : int
         Lines of a picture.
+    planes : int
+        Planes that can be read.
 
     Members
     -------
@@ -74,8 +96,9 @@ class BlockRead(wiring.Component):
     i : In(stream.Signature(LineByte()))
         Bytes of the line that was requested last.
     """
-    def __init__(self, height: int):
+    def __init__(self, height: int, planes: int = len(PLANES)):
         self.height = height
+        self.planes = planes
         super().__init__({
             "port": In(BlockPort()),
             "kept": In(1),
@@ -88,7 +111,7 @@ class BlockRead(wiring.Component):
         port, wanted = self.port, self.request.p
         byte = port.byte
 
-        with m.If(port.plane >= len(PLANES)):
+        with m.If(port.plane >= self.planes):
             m.d.sync += port.status.eq(Status.UNKNOWN_ADDRESS)
         with m.Elif(port.line >= self.height):
             m.d.sync += port.status.eq(Status.OUT_OF_RANGE)

@@ -1,11 +1,13 @@
 """The host's end of the line: a serial port, and the chip's registers with retries."""
 
+import errno
 import os
+from collections.abc import Sequence
 from typing import Protocol
 
 from golden.config import METHODS, MatcherConfig
 from golden.errors import UserError
-from golden.host.blocks import PLANES, line_bytes
+from golden.host.blocks import PLANES
 from golden.host.protocol import (
     CRC_BYTES,
     FRAME_BYTES,
@@ -18,11 +20,15 @@ from golden.host.protocol import (
     encode_request,
     first_reply,
 )
-from golden.host.registers import IDENTITY, VERSION, RegisterMap, register_map
-from golden.rig.config import RigConfig
+from golden.host.registers import Kind, RegisterMap, register_map
+from golden.host.systems import SYSTEMS
 
 
 __all__ = ["Chip", "SerialPort", "Transport"]
+
+
+#: What is wrong where no byte was received.
+NOTHING = "nothing"
 
 
 class Transport(Protocol):
@@ -35,21 +41,43 @@ class Transport(Protocol):
         """Up to ``count`` bytes; fewer if the others are not received within ``seconds``."""
 
 
-class SerialPort:
-    """A serial port of this machine as a :class:`Transport`; closed when its context ends."""
+# Why a port cannot be opened, and what helps, by the number of the error; 0 is any other.
+_REFUSALS = {
+    errno.ENOENT: ("there is no such port", "{option} names the one that the line is plugged into, and python -m serial.tools.list_ports "
+                   "lists them"),
+    errno.EACCES: ("permission denied", "ask for the rights of its group, such as with usermod -aG dialout, and log in again"),
+    errno.EAGAIN: ("another program has it open", "end that program"),
+    errno.EBUSY: ("another program has it open", "end that program"),
+    0: ("{error}", "name the one that the line is plugged into with {option}"),
+}
 
-    def __init__(self, port: str, baud: int) -> None:
+# Longest time in which a port takes no byte.
+_WRITE_SECONDS = 5.0
+
+
+class SerialPort:
+    """A serial port of this machine as a :class:`Transport`; closed when its context ends.
+
+    Parameters
+    ----------
+    port : str
+    baud : int
+    option : str
+        The option that names the port, for the remedy.
+    """
+    def __init__(self, port: str, baud: int, option: str = "--port") -> None:
         try:
             import serial
         except ImportError:
             raise UserError("the console needs pyserial, which is not installed; install it: pip install 'pyserial>=3.5,<4'") from None
         self.port = port
         try:
-            self._line = serial.Serial(port, baud, exclusive=True)
+            self._line = serial.Serial(port, baud, exclusive=True, write_timeout=_WRITE_SECONDS)
         except (OSError, ValueError) as error:
-            number = getattr(error, "errno", None)
-            raise UserError(f"the serial port {port} cannot be opened: {os.strerror(number) if number else error}; "
-                            "name the one that the line is plugged into with --port") from None
+            number = getattr(error, "errno", None) or 0
+            reason, remedy = _REFUSALS.get(number, _REFUSALS[0])
+            told = reason.format(error=os.strerror(number) if number else error)
+            raise UserError(f"the serial port {port} cannot be opened: {told}; {remedy.format(option=option)}") from None
 
     def __enter__(self) -> "SerialPort":
         return self
@@ -82,11 +110,15 @@ class Chip:
     transport : Transport
     answer_seconds : float
         Longest time until a reply.
+    option : str
+        The option that names the port, for remedies.
 
     Attributes
     ----------
+    system : golden.host.systems.System
+        The one that answered.
     registers : RegisterMap
-        Register map of the system that answered.
+        Its register map.
     repeated : int
         Requests that were sent again. The chip may have carried out each attempt, which matters to an action.
     """
@@ -95,24 +127,36 @@ class Chip:
     #: Bytes, noise among them, that are searched for a reply.
     NOISE_BYTES = 64
 
-    def __init__(self, transport: Transport, answer_seconds: float = 0.2) -> None:
+    #: Most bytes on their way, of blocks that were sent, or requested, ahead.
+    AHEAD_BYTES = 8192
+
+    def __init__(self, transport: Transport, answer_seconds: float = 0.2, option: str = "--port") -> None:
         self._transport = transport
         self._answer_seconds = answer_seconds
         self.repeated = 0
-        self.registers: RegisterMap = register_map()
+        self.registers: RegisterMap = register_map()    # the first two registers are the same in all systems
         identity, version = self.read("identity"), self.read("version")
-        if identity != IDENTITY:
-            raise UserError(f"the port's device is no stereo system: its identity is {identity}, not {IDENTITY}; choose another --port")
-        if version != VERSION:
-            raise UserError(f"the chip has version {version} of the register map, this console version {VERSION}; "
-                            "use the console that came with the chip's build")
+        if identity not in SYSTEMS:
+            raise UserError(f"the port's device is no stereo system: its identity is {identity}, not {' or '.join(map(str, SYSTEMS))}; "
+                            f"choose another {option}")
+        self.system = SYSTEMS[identity]
+        if version != self.system.version:
+            raise UserError(f"the chip has version {version} of the register map, this program version {self.system.version}; "
+                            "use the program that came with the chip's build")
         disparities, lead, method, width, height, lines = (
             self.read(name) for name in ("disparities", "lead", "method", "width", "height", "rectify_lines"))
         methods = [MatcherConfig(disparities, width, minimum=-lead, method=kind()) for kind in METHODS.values()]
         if method >= len(methods):
-            raise UserError(f"the chip has the method {method}, this console knows those from 0 to {len(methods) - 1}; "
-                            "use the console that came with the chip's build")
-        self.registers = register_map(methods[method], height, RigConfig(lines) if lines else None)
+            raise UserError(f"the chip has the method {method}, this program knows those from 0 to {len(methods) - 1}; "
+                            "use the program that came with the chip's build")
+        self.registers = self.system.registers(methods[method], height, lines)
+
+    @property
+    def size(self) -> tuple[int, int]:
+        """Width and height of the pictures in the chip's memory, pixels."""
+        registers = [self.registers[name] for name in self.system.size]
+        width, height = (each.reset if each.kind is Kind.CONSTANT else self.read(each.name) for each in registers)
+        return width, height
 
     def read(self, name: str) -> int:
         """The value of a register."""
@@ -127,16 +171,16 @@ class Chip:
         reply = self.transact(Request(operation, register.address, register.encode(value)))
         if reply.status is not Status.OK:
             raise UserError(f"the chip refuses to {operation.name.lower()} {name}: {reply.status.name.lower().replace('_', ' ')}; "
-                            "use the console that came with the chip's build")
+                            "use the program that came with the chip's build")
         return register.decode(reply.value)
 
-    def block(self, plane: int, line: int) -> bytes:
-        """A line of a kept picture, its bytes as :func:`golden.host.blocks.stored_line` has them.
+    def block(self, plane: int, line: int, width: int) -> bytes:
+        """A line of a kept picture of that width, its bytes as :func:`golden.host.blocks.stored_line` has them, or without padding.
 
         :class:`UserError` if the chip refuses, sends nothing, or sends it garbled each time.
         """
         request = Request(Operation.BLOCK, plane, line)
-        reply, data = self._attempt(request, line_bytes(self.registers["width"].reset))
+        reply, data = self._attempt(request, self.system.line_bytes(width))
         if reply.status is not Status.OK:
             refused = reply.status.name.lower().replace("_", " ")
             raise UserError(f"the chip refuses to send line {line} of the {PLANES[plane]} picture: {refused}; set keep=1, and try again "
@@ -149,29 +193,51 @@ class Chip:
 
     def _attempt(self, request: Request, block_bytes: int = 0) -> tuple[Reply, bytes]:
         """The chip's reply, and the data of the block of so many bytes that follows it if it is ``OK``."""
-        problems = []
+        problems: list[str] = []
         for attempt in range(self.ATTEMPTS):
-            self._drop(QUIET_SECONDS if attempt else 0)
+            self.drop(QUIET_SECONDS if attempt else 0)
             self.repeated += attempt > 0
-            self._transport.write(encode_request(request))
-            reply, heard = self._listen()
-            if reply is None:
-                problems.append("garbled" if heard else "nothing")
-            elif reply.status is Status.BAD_SUM:
-                problems.append("bad sum")
-            elif reply.address != request.address or (
-                    reply.status is Status.OK and request.operation != Operation.READ and reply.value != request.value):
-                problems.append("garbled")
+            self.send(request)
+            reply, problem = self.answer(request)
+            if reply is None or reply.status is Status.BAD_SUM:
+                problems.append(problem)
             elif not block_bytes or reply.status is not Status.OK:
                 return reply, b""
-            elif (data := decode_block(request.address, request.value, self._receive(block_bytes + CRC_BYTES))) is not None:
+            elif (data := self.data(request, block_bytes)) is not None:
                 return reply, data
             else:
                 problems.append("garbled block")
-        if set(problems) == {"nothing"}:
-            raise UserError(f"no answer in {self.ATTEMPTS} attempts of {self._answer_seconds:g} s; check the wires (TX to RX), the board's "
-                            "power and --baud, or choose a longer --timeout")
-        raise UserError(f"no good answer in {self.ATTEMPTS} attempts ({', '.join(problems)}); check the wires and --baud")
+        raise self.failure(problems)
+
+    def failure(self, problems: Sequence[str]) -> UserError:
+        """What to say after as many attempts as there are problems."""
+        if set(problems) == {NOTHING}:
+            return UserError(f"no answer in {len(problems)} attempts of {self._answer_seconds:g} s; check the wires (TX to RX), the "
+                             "board's power and --baud, or choose a longer --timeout")
+        return UserError(f"no good answer in {len(problems)} attempts ({', '.join(problems)}); check the wires and --baud")
+
+    def send(self, request: Request, data: bytes = b"") -> None:
+        """Send a request, and the data of a block write."""
+        self._transport.write(encode_request(request) + data)
+
+    def answer(self, request: Request) -> tuple[Reply | None, str]:
+        """The reply to the oldest request without one, which is ``request``; ``None`` if it is lost or is one to another request.
+
+        And what is wrong, in a word, if it is ``None`` or tells of a bad sum.
+        """
+        reply, heard = self._listen()
+        if reply is None:
+            return None, "garbled" if heard else NOTHING
+        if reply.status is Status.BAD_SUM:
+            return reply, "bad sum"
+        if reply.address != request.address or (
+                reply.status is Status.OK and request.operation != Operation.READ and reply.value != request.value):
+            return None, "garbled"
+        return reply, ""
+
+    def data(self, request: Request, count: int) -> bytes | None:
+        """The ``count`` bytes of the block after a good reply to a block read; ``None`` if it is lost or garbled."""
+        return decode_block(request.address, request.value, self._receive(count + CRC_BYTES))
 
     def _receive(self, count: int) -> bytes:
         """So many bytes, or fewer if the next one is not received in time."""
@@ -180,9 +246,9 @@ class Chip:
             data += more
         return data
 
-    def _drop(self, seconds: float) -> None:
-        """Discard bytes until none is received for ``seconds``; gives up after a while, but not before a block has ended."""
-        for _ in range(16 + line_bytes(self.registers["width"].reset) // self.NOISE_BYTES):
+    def drop(self, seconds: float) -> None:
+        """Discard bytes until none is received for ``seconds``; gives up after a while, but not before blocks on their way have ended."""
+        for _ in range(16 + self.AHEAD_BYTES // self.NOISE_BYTES):
             if not self._transport.read(self.NOISE_BYTES, seconds):
                 return
 

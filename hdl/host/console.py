@@ -96,11 +96,11 @@ def _watch(chip: Chip, interval: float, count: int | None) -> None:
         return  # the usual end of a watch
 
 
-def _list() -> None:
-    table = Table(caption="the reset value and the maximum of in_use depend on the build", caption_justify="left")
+def _list(registers: RegisterMap, caption: str | None = None) -> None:
+    table = Table(caption=caption, caption_justify="left")
     for column in ("register", "access", "values", "unit", "meaning"):
         table.add_column(column)
-    for register in register_map(rig=RigConfig()):
+    for register in registers:
         table.add_row(register.name, register.access, register.limits, register.unit, register.description)
     print_table(table)
 
@@ -142,14 +142,14 @@ def _parser() -> Parser:
     calibration.add_argument("--output", type=Path, required=True, metavar="DIR", help="folder of the pictures and of the results")
     calibration.add_argument("--pairs", type=int, default=DEFAULT_PAIRS, metavar="N", help=(
         f"good pairs to be taken, {PAIRS[0]} to {PAIRS[-1]} (default: %(default)s)"))
-    commands.add_parser("list", help="show all registers; needs no port")
+    commands.add_parser("list", help="show all registers: those behind the port, or without one those of a system with cameras")
     return parser
 
 
 def _run(connect: Callable[[str, int], AbstractContextManager[Transport]], argv: Sequence[str] | None) -> None:
     options = _parser().parse_args(argv)
-    if options.command == "list":
-        return _list()
+    if options.command == "list" and options.port is None:
+        return _list(register_map(rig=RigConfig()), "the reset value and the maximum of in_use depend on the build")
     if options.port is None:
         raise UserError("--port is missing: name the serial port that the line is plugged into, such as --port /dev/ttyUSB0")
     for name, (least, greatest) in _LIMITS.items():
@@ -162,7 +162,9 @@ def _run(connect: Callable[[str, int], AbstractContextManager[Transport]], argv:
     board = check_calibration(options.board, options.square, options.output) if options.command == "calibrate" else None
     with connect(options.port, options.baud) as transport:
         chip = Chip(transport, options.timeout)
-        if options.command == "get":
+        if options.command == "list":
+            _list(chip.registers)
+        elif options.command == "get":
             _get(chip, options.names)
         elif options.command == "set":
             _set(chip, options.assignments)

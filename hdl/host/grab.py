@@ -48,12 +48,12 @@ def _kept(chip: Chip) -> Iterator[None]:
 
 
 def _pictures(chip: Chip, planes: Sequence[str], report: Callable[[int, int], None]) -> list[NDArray[np.uint8]]:
-    width, height = chip.registers["width"].reset, chip.registers["height"].reset
+    width, height = chip.size
     pictures = [np.empty((height, width), np.uint8) for _ in planes]
     with _kept(chip):
         lines = [(plane, picture, line) for plane, picture in zip(planes, pictures, strict=True) for line in range(height)]
         for number, (plane, picture, line) in enumerate(lines, 1):
-            picture[line] = np.frombuffer(chip.block(PLANES.index(plane), line), np.uint8)[:width]
+            picture[line] = np.frombuffer(chip.block(PLANES.index(plane), line, width), np.uint8)[:width]
             report(number, len(lines))
     return pictures
 

@@ -8,7 +8,7 @@ from golden.host.protocol import BAUD, FRAME_BYTES, FRAME_SECONDS, REPLY_SYNC, R
 from golden.host.registers import COUNT_MAX, RegisterMap
 
 from ..parts.uart import UartReceiver, UartTransmitter
-from .blocks import BlockPort, BlockRead, LineByte, LineRequest
+from .blocks import BlockPort, BlockRead, BlockWritePort, LineByte, LineRequest
 from .register_file import AccessPort, RegisterFile, StatusLayout
 
 
@@ -23,7 +23,8 @@ _CLEAR = "clear_counters"
 class RequestReader(wiring.Component):
     """The protocol of docs/registers.md: requests in, accesses to a register file, replies out.
 
-    Golden: :func:`golden.host.registers.answer`; of a block read :func:`golden.host.blocks.block_answer`, with ``block``.
+    Golden: :func:`golden.host.registers.answer`; of a block read :func:`golden.host.blocks.block_answer`, with ``block``. With ``writes``
+    :class:`golden.host.loop_device.LoopDevice`.
 
     A request of six bytes begins with a sync byte; bytes before it are skipped. Its value is read, or written, in one cycle: all 16 bits
     are of the same moment. A request is dropped if its next byte is not received within ``timeout`` cycles, or if ``line_error`` tells that
@@ -31,6 +32,10 @@ class RequestReader(wiring.Component):
 
     ``errors`` counts skipped bytes, bad sums, time-outs and line errors, at most one a cycle, holds its greatest value, and is set to 0 by
     ``clear``.
+
+    With ``writes``, blocks are received, too, and a host may send one after the other without waiting for replies. Pixels must then not be
+    taken for requests: after each of these errors, an unknown operation, a refused block write and a bad block, bytes are ignored until
+    none is received for ``timeout`` cycles. The reply to a block that is cut short, or whose CRC is wrong, is a bad sum.
 
     Timing: a reply begins 3 cycles after the request's last byte was accepted, with the value of the first of these cycles, and is sent a
     byte a cycle; no byte is accepted until all of it is sent, with its block. An action is high in the cycle before the reply begins; a
@@ -40,6 +45,8 @@ class RequestReader(wiring.Component):
     ----------
     timeout : int
         Cycles; :data:`golden.host.protocol.FRAME_SECONDS` at the clock's frequency.
+    writes : bool
+        With block writes.
 
     Members
     -------
@@ -53,11 +60,14 @@ class RequestReader(wiring.Component):
     errors : Out(range(COUNT_MAX + 1))
     block : Out(BlockPort())
         To the component that carries out block reads.
+    put : Out(BlockWritePort())
+        To the component that carries out block writes; with ``writes`` only.
     """
-    def __init__(self, timeout: int):
+    def __init__(self, timeout: int, *, writes: bool = False):
         if timeout < 2:
             raise ValueError(f"the time-out of a request must be at least 2 cycles, not {timeout!r}")
         self.timeout = timeout
+        self.writes = writes
         super().__init__({
             "i": In(stream.Signature(8)),
             "o": Out(stream.Signature(8)),
@@ -66,10 +76,20 @@ class RequestReader(wiring.Component):
             "clear": In(1),
             "errors": Out(range(COUNT_MAX + 1)),
             "block": Out(BlockPort()),
+            **({"put": Out(BlockWritePort())} if writes else {}),
         })
 
     def elaborate(self, platform: object) -> Module:
         m = Module()
+        writes = self.writes
+        silence = Signal(range(self.timeout))
+        ignores = Signal()      # after the reply, with `writes`
+
+        def resynchronise() -> None:
+            """In a state of the reader: bytes are ignored until a pause."""
+            if writes:
+                m.d.sync += silence.eq(0)
+                m.next = "ignore"
 
         # The four bytes between sync and sum, of the request and then of the reply; `second` is the operation, then the status.
         frame    = Signal(data.StructLayout({"low": 8, "high": 8, "address": 8, "second": 8}), reset_less=True)
@@ -96,7 +116,6 @@ class RequestReader(wiring.Component):
         follows = Signal()      # a block follows the reply
         m.d.comb += [block.plane.eq(frame.address), block.line.eq(value)]
 
-        silence = Signal(range(self.timeout))
         with m.FSM():
             with m.State("request"):
                 m.d.comb += [self.i.ready.eq(1), added.eq(total + self.i.payload)]
@@ -104,6 +123,7 @@ class RequestReader(wiring.Component):
                     m.d.sync += silence.eq(0)
                     with m.If((position == 0) & (self.i.payload != REQUEST_SYNC)):
                         m.d.comb += error.eq(1)
+                        resynchronise()
                     with m.Elif(final):
                         m.d.sync += [position.eq(0), total.eq(0)]
                         with m.If(added == 0):
@@ -111,11 +131,14 @@ class RequestReader(wiring.Component):
                         with m.Else():
                             m.d.comb += error.eq(1)
                             m.d.sync += [frame.second.eq(Status.BAD_SUM), frame.low.eq(0), frame.high.eq(0)]
+                            if writes:
+                                m.d.sync += ignores.eq(1)
                             m.next = "reply"
                     with m.Else():
                         m.d.sync += [position.eq(position + 1), total.eq(added), bits.eq(Cat(self.i.payload, bits[:-8]))]
                 with m.Elif(self.line_error):
                     m.d.sync += [position.eq(0), total.eq(0)]
+                    resynchronise()
                 with m.Elif(position != 0):
                     m.d.sync += silence.eq(silence + 1)
                     with m.If(silence == self.timeout - 1):
@@ -131,8 +154,14 @@ class RequestReader(wiring.Component):
                 with m.If(frame.second == Operation.BLOCK):
                     m.d.comb += [status.eq(block.status), block.start.eq(block.status == Status.OK)]
                     m.d.sync += follows.eq(block.start)
+                if writes:
+                    with m.Elif(frame.second == Operation.BLOCK_WRITE):
+                        m.d.comb += [status.eq(self.put.status), self.put.start.eq(self.put.status == Status.OK)]
+                        m.d.sync += ignores.eq(~self.put.start)
                 with m.Elif(~reading & (frame.second != Operation.WRITE)):
                     m.d.comb += status.eq(Status.UNKNOWN_OPERATION)
+                    if writes:
+                        m.d.sync += ignores.eq(1)
                 with m.Else():
                     m.d.comb += [status.eq(access.status), access.commit.eq(1)]
                     with m.If(reading):
@@ -141,6 +170,9 @@ class RequestReader(wiring.Component):
                 with m.If(status != Status.OK):
                     m.d.sync += [frame.low.eq(0), frame.high.eq(0)]
                 m.next = "reply"
+                if writes:
+                    with m.If(self.put.start):
+                        m.next = "data"
 
             with m.State("reply"):
                 m.d.comb += [self.o.valid.eq(1), added.eq(total + self.o.payload)]
@@ -159,13 +191,46 @@ class RequestReader(wiring.Component):
                         m.next = "request"
                         with m.If(follows):
                             m.next = "block"
+                        if writes:
+                            with m.Elif(ignores):
+                                m.next = "ignore"
 
             with m.State("block"):
                 m.d.sync += follows.eq(0)
                 m.d.comb += [self.o.valid.eq(block.byte.valid), self.o.payload.eq(block.byte.p.value), block.byte.ready.eq(self.o.ready)]
                 with m.If(block.byte.valid & block.byte.p.last & self.o.ready):
                     m.next = "request"
+
+            if writes:
+                self._write_states(m, frame, value, silence, ignores, error)
         return m
+
+    def _write_states(self, m: Module, frame: data.View, value: Value, silence: Signal, ignores: Signal, error: Signal) -> None:
+        """The states in which the data of a block are received, and in which bytes are ignored."""
+        put = self.put
+        quiet = silence == self.timeout - 1
+        m.d.comb += [put.plane.eq(frame.address), put.line.eq(value), put.byte.payload.eq(self.i.payload)]
+        with m.State("data"):
+            m.d.comb += [put.byte.valid.eq(self.i.valid), self.i.ready.eq(put.byte.ready)]
+            with m.If(self.i.valid):
+                m.d.sync += silence.eq(0)
+            with m.Elif(put.byte.ready):    # not while a line is stored
+                m.d.sync += silence.eq(silence + 1)
+                m.d.comb += put.cancel.eq(self.line_error | quiet)
+            with m.If(put.done | put.cancel):
+                m.d.sync += silence.eq(0)
+                m.next = "reply"
+            with m.If(put.cancel | (put.done & ~put.good)):
+                m.d.comb += error.eq(1)
+                m.d.sync += [frame.second.eq(Status.BAD_SUM), frame.low.eq(0), frame.high.eq(0), ignores.eq(1)]
+
+        with m.State("ignore"):
+            m.d.comb += self.i.ready.eq(1)
+            m.d.sync += [ignores.eq(0), silence.eq(silence + 1)]
+            with m.If(self.i.valid | self.line_error):
+                m.d.sync += silence.eq(0)
+            with m.Elif(quiet):
+                m.next = "request"
 
 
 class ByteRegisters(wiring.Component):
@@ -179,26 +244,29 @@ class ByteRegisters(wiring.Component):
         Must contain ``uart_errors`` and ``clear_counters``.
     timeout : int
         As of :class:`RequestReader`.
+    writes : bool
+        As of :class:`RequestReader`.
 
     Members
     -------
-    i, o, line_error, errors, block
+    i, o, line_error, errors, block, put
         As of :class:`RequestReader`; ``errors`` is the register ``uart_errors``, which ``clear_counters`` sets to 0.
     settings, actions
         As of :class:`RegisterFile`.
     status : In(StatusLayout(registers, ["uart_errors"]))
         As of :class:`RegisterFile`.
     """
-    def __init__(self, registers: RegisterMap, timeout: int):
+    def __init__(self, registers: RegisterMap, timeout: int, *, writes: bool = False):
         for name in (_ERRORS, _CLEAR):
             if name not in registers:
                 raise ValueError(f"the register map has no {name}, which the protocol needs; add it")
         self.timeout = timeout
-        self.reader = RequestReader(timeout)
+        self.writes = writes
+        self.reader = RequestReader(timeout, writes=writes)
         self.register_file = RegisterFile(registers)
         of_reader, of_file = self.reader.signature.members, self.register_file.signature.members
         super().__init__({
-            **{name: of_reader[name] for name in ("i", "o", "line_error", "errors", "block")},
+            **{name: of_reader[name] for name in ("i", "o", "line_error", "errors", "block", *(["put"] if writes else []))},
             **{name: of_file[name] for name in ("settings", "actions")},
             "status": In(StatusLayout(registers, [_ERRORS])),
         })
@@ -210,6 +278,8 @@ class ByteRegisters(wiring.Component):
         wiring.connect(m, wiring.flipped(self.i), reader.i)
         wiring.connect(m, reader.o, wiring.flipped(self.o))
         wiring.connect(m, reader.block, wiring.flipped(self.block))
+        if self.writes:
+            wiring.connect(m, reader.put, wiring.flipped(self.put))
         wiring.connect(m, reader.access, register_file.access)
         m.d.comb += [
             reader.line_error.eq(self.line_error), reader.clear.eq(register_file.actions[_CLEAR]), self.errors.eq(reader.errors),

@@ -73,7 +73,7 @@ def test_request_is_no_reply():
 
 
 def test_unknown_status_is_no_reply():
-    frame = bytes([0x5A, 7, 0, 0, 0, 0x100 - 0x61])
+    frame = bytes([0x5A, 8, 0, 0, 0, 0x100 - 0x62])
     assert sum(frame) % 256 == 0
     assert decode_reply(frame) is None
 

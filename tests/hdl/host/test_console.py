@@ -258,8 +258,8 @@ def test_other_chips(capsys):
             name, register.address, Kind.CONSTANT, value, "changed", reset=value) for register in REGISTERS]
         return FakeLine(registers=RegisterMap(tuple(changed)))
     assert f"its identity is 4660, not {IDENTITY}" in fails(capsys, "get u1", with_constant("identity", 0x1234))
-    assert "the chip has the method 3, this console knows those from 0 to 2" in fails(capsys, "get u1", with_constant("method", 3))
-    assert "version 9 of the register map, this console version 5" in fails(capsys, "get u1", with_constant("version", 9))
+    assert "the chip has the method 3, this program knows those from 0 to 2" in fails(capsys, "get u1", with_constant("method", 3))
+    assert "version 9 of the register map, this program version 5" in fails(capsys, "get u1", with_constant("version", 9))
     assert run(capsys, "set in_use=200", with_constant("disparities", 256))[0] == 2   # the fake itself still has 20
     assert "choose one of: 1 .. 20 labels" in fails(capsys, "set in_use=21")
 

@@ -1,0 +1,89 @@
+"""A simulated board at a serial port of this machine: the Verilog of :class:`hdl.loop.system.LoopSystem` behind a pseudo-terminal."""
+
+import contextlib
+import json
+import os
+import subprocess
+import sys
+import time
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+from golden.config import MatcherConfig
+from hdl.emit import write_verilog
+from hdl.loop.system import LoopSystem
+
+from .simulators import ROOT, SimulationError, build
+
+
+__all__ = ["BIT_CYCLES", "small_board", "simulated_port"]
+
+
+#: Cycles of a bit: the fewest that the receiver takes.
+BIT_CYCLES = 16
+
+_BAUD = 1_000_000
+_TOP = "loop_system"
+
+# A byte takes 160 clocks. As many pass in 10 ms in which the line is silent as the board waits for a byte.
+_IDLE_CLOCKS = 480
+_FRAME_CLOCKS = 10 * _IDLE_CLOCKS
+
+# Longest time until a simulator has started, seconds.
+_START_SECONDS = 60.0
+
+_RUN = "import sys; from sim.kit.simulators import run; run(*sys.argv[1:4], 'sim.kit.loop_port_tb', env={environment!r})"
+
+
+def small_board(config: MatcherConfig, height: int) -> LoopSystem:
+    """A board whose line and time-out are as short as they can be in a simulation."""
+    clock_hz = BIT_CYCLES * _BAUD
+    return LoopSystem(config, height, clock_hz, _BAUD, frame_seconds=_FRAME_CLOCKS / clock_hz)
+
+
+@contextlib.contextmanager
+def simulated_port(system: LoopSystem, folder: Path, *, verilog: Path | None = None, faults: Mapping[str, Any] | None = None,
+                   simulator: str = "verilator", idle_clocks: int = _IDLE_CLOCKS) -> Iterator[str]:
+    """Name of a port behind which the board runs, for the block.
+
+    Parameters
+    ----------
+    system : LoopSystem
+        From :func:`small_board`.
+    folder : Path
+        Of Verilog, model and logs, and of this run alone.
+    verilog : Path
+        Of the same ports, in place of the system's own.
+    faults : mapping
+        ``to_board`` and ``to_host``: probabilities of a byte that is ``lost``, ``doubled`` or ``changed``, and ``after`` and ``most`` (see
+        :class:`sim.kit.loop_port_tb.Line`). ``unplugged``: bytes of the host after which the port disappears. ``dead``: the board is in
+        reset.
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    source = verilog or write_verilog(system, folder / f"{_TOP}.v", name=_TOP)
+    build(simulator, [source], _TOP, folder / simulator)
+    for name in ("port", "stop"):
+        (folder / name).unlink(missing_ok=True)
+    environment = {"BIT_CYCLES": BIT_CYCLES, "IDLE_CLOCKS": idle_clocks, "LOOP_FOLDER": str(folder.resolve()),
+                   "LOOP_FAULTS": json.dumps(faults or {})}
+    # In a process of its own: cocotb's runner changes the environment while it works.
+    with (folder / "port.log").open("w") as log:
+        process = subprocess.Popen([sys.executable, "-c", _RUN.format(environment=environment), simulator, _TOP, str(folder / simulator)],
+                                   cwd=ROOT, stdout=log, stderr=subprocess.STDOUT, env=dict(os.environ))
+        try:
+            until = time.monotonic() + _START_SECONDS
+            while not (folder / "port").exists():
+                if process.poll() is not None or time.monotonic() > until:
+                    raise SimulationError(f"{simulator} did not start the board: {(folder / 'port.log').read_text()[-2000:]}")
+                time.sleep(0.01)
+            yield (folder / "port").read_text()
+        finally:
+            (folder / "stop").touch()
+            try:
+                process.wait(30)
+            except subprocess.TimeoutExpired:
+                process.kill()
+                process.wait()
+    if process.returncode:
+        raise SimulationError(f"the simulated board failed: {(folder / 'port.log').read_text()[-2000:]}")
