@@ -67,7 +67,7 @@ class PlaceCounter(wiring.Component):
 class PairScan(wiring.Component):
     """Reads both stores once, in step. Golden: the pixels of both pictures, line by line from the top.
 
-    Timing: a pixel a cycle while ``o`` accepts them; the first one 7 cycles after ``start``. ``o.valid`` and ``address`` do not depend on
+    Timing: a pixel a cycle while ``o`` accepts them; the first one 6 cycles after ``start``. ``o.valid`` and ``address`` do not depend on
     ``o.ready`` of the same cycle: as many pixels are read ahead as fit into a queue.
 
     Parameters

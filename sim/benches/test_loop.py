@@ -11,8 +11,10 @@ from golden.config import RECURSIVE_1, MatcherConfig, OnePass, changed
 from golden.pictures.images import read_picture, write_picture
 from golden.pictures.scenes import scene
 from hdl.host import console
+from hdl.netlist import read_netlist
 from sim import run
-from sim.kit.loop_port import simulated_port, small_board
+from sim.kit.gate_level import gate_level
+from sim.kit.loop_port import TOP, simulated_port, small_board
 
 
 # Slow: a build takes most of a minute, a pair ten seconds. tests/sim/test_hardware.py has the same commands and faults with a model of the
@@ -42,9 +44,9 @@ def pair(tmp_path, monkeypatch):
         write_picture(tmp_path / f"{name}.png", picture)
 
 
-def matched(port, *options):
+def matched(port, *options, pair=("left.png", "right.png")):
     """The report of the command, which ends with status 0."""
-    assert run.main(["left.png", "right.png", "--hardware", port, "--timeout", "2", *options]) == 0
+    assert run.main([*pair, "--hardware", port, "--timeout", "3", *options]) == 0
     with open("build/run/report.json") as file:
         return json.load(file)
 
@@ -87,3 +89,17 @@ def test_method_recursive(tmp_path):
     with simulated_port(board(RECURSIVE_1), tmp_path / "board") as port:
         report = matched(port, "--method", "recursive")
     assert (report["mismatches"], report["repeated"], report["method"]) == (0, 0, "recursive")
+
+
+def test_gate_level(tmp_path):
+    """The netlist that nextpnr takes: tables, carry chains, registers, multipliers, and stores in both kinds of memory."""
+    pytest.importorskip("pyosys", reason="pyosys, of the extra resources, is not installed")
+    system = small_board(MatcherConfig(4, WIDTH, method=LINEAR), HEIGHT)
+    gates = gate_level(system, TOP, tmp_path / "gates")
+    kinds = {cell.kind for cell in read_netlist(tmp_path / "gates" / "design.json")[TOP].cells.values()}
+    assert kinds >= {"LUT4", "CCU2C", "TRELLIS_FF", "MULT18X18D", "DP16KD"}
+    for name, picture in zip(("small_left", "small_right"), SCENE):
+        write_picture(tmp_path / f"{name}.png", picture[5:11, 8:24])
+    with simulated_port(system, tmp_path / "board", verilog=gates) as port:
+        report = matched(port, pair=("small_left.png", "small_right.png"))
+    assert (report["mismatches"], report["repeated"], report["width"], report["height"]) == (0, 0, 16, 6)

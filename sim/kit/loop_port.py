@@ -17,14 +17,15 @@ from hdl.loop.system import LoopSystem
 from .simulators import ROOT, SimulationError, build
 
 
-__all__ = ["BIT_CYCLES", "small_board", "simulated_port"]
+__all__ = ["BIT_CYCLES", "TOP", "small_board", "simulated_port"]
 
 
 #: Cycles of a bit: the fewest that the receiver takes.
 BIT_CYCLES = 16
 
 _BAUD = 1_000_000
-_TOP = "loop_system"
+#: Name of the top module.
+TOP = "loop_system"
 
 # A byte takes 160 clocks. As many pass in 10 ms in which the line is silent as the board waits for a byte.
 _IDLE_CLOCKS = 480
@@ -61,15 +62,15 @@ def simulated_port(system: LoopSystem, folder: Path, *, verilog: Path | None = N
         reset.
     """
     folder.mkdir(parents=True, exist_ok=True)
-    source = verilog or write_verilog(system, folder / f"{_TOP}.v", name=_TOP)
-    build(simulator, [source], _TOP, folder / simulator)
+    source = verilog or write_verilog(system, folder / f"{TOP}.v", name=TOP)
+    build(simulator, [source], TOP, folder / simulator)
     for name in ("port", "stop"):
         (folder / name).unlink(missing_ok=True)
     environment = {"BIT_CYCLES": BIT_CYCLES, "IDLE_CLOCKS": idle_clocks, "LOOP_FOLDER": str(folder.resolve()),
                    "LOOP_FAULTS": json.dumps(faults or {})}
     # In a process of its own: cocotb's runner changes the environment while it works.
     with (folder / "port.log").open("w") as log:
-        process = subprocess.Popen([sys.executable, "-c", _RUN.format(environment=environment), simulator, _TOP, str(folder / simulator)],
+        process = subprocess.Popen([sys.executable, "-c", _RUN.format(environment=environment), simulator, TOP, str(folder / simulator)],
                                    cwd=ROOT, stdout=log, stderr=subprocess.STDOUT, env=dict(os.environ))
         try:
             until = time.monotonic() + _START_SECONDS

@@ -164,6 +164,30 @@ def test_only_garbage(pair, capsys):
     assert "no good answer in 4 attempts" in fails(capsys, line)
 
 
+def test_a_board_that_forgets(pair, capsys):
+    class Forgets(LoopDevice):
+        def _value(self, name):
+            return 9 if name == "u1" else super()._value(name)
+
+        def receive(self, data):
+            self.values["u1"] = 9
+            return super().receive(data)
+    assert "the board does not hold what was written to u1; check the wires" in fails(capsys, LoopLine(Forgets(CONFIG, HEIGHT)))
+
+
+def test_rate_of_the_port(pair):
+    """As the option says, or 3 Mbaud."""
+    line, opened = LoopLine(LoopDevice(CONFIG, HEIGHT)), []
+
+    def connect(port, baud):
+        opened.append((port, baud))
+        return line.connect(port, baud)
+    for options in ([], ["--baud", "921600"]):
+        assert run.main(["left.png", "right.png", "--hardware", "COM3", *options], connect) == 0
+        assert report()["baud"] == opened[-1][1]
+    assert opened == [("COM3", 3_000_000), ("COM3", 921_600)]
+
+
 def test_a_board_that_refuses(pair, capsys):
     class Kept(LoopDevice):
         def _value(self, name):

@@ -134,7 +134,7 @@ def test_pairs(config, minimum, size):
         for seed, (width, height) in enumerate([size, (size[0] - 3, size[1] - 1)]):
             await bench.write("picture_width", width)
             await bench.write("picture_height", height)
-            await bench.write("in_use", 4 - seed)
+            await bench.write("in_use", 2 + 2 * seed)
             if minimum is not None:
                 await bench.write("minimum", minimum + seed)
             await bench.put(noise(width, height, seed), wait=False)
@@ -187,7 +187,7 @@ def test_faults():
 
 
 def test_lost_byte_of_the_line():
-    """Tells that a block is cut short, and that what follows must be ignored."""
+    """Tells that a block is cut short, and that what follows must be ignored. So does silence, and the next block is good."""
     async def testbench(bench):
         for data in (b"\xa5\x52", BLOCK[:9], b""):
             await bench.send(data)
@@ -202,6 +202,12 @@ def test_lost_byte_of_the_line():
             await bench.send(BLOCK)
             await bench.pause()
         assert await bench.read("uart_errors") == 3
+        for data in (BLOCK[:9], b"\xa5\x52"):
+            await bench.send(data)
+            await bench.pause()
+            await bench.pause()     # the reply to a block that is cut short, and then silence
+            await bench.send(BLOCK)
+        assert await bench.read("uart_errors") == 5
 
     Bench(SMALL, 3).run(testbench)
 

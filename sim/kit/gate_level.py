@@ -1,0 +1,72 @@
+"""The netlist that nextpnr places on an ECP5, as Verilog for a simulator: its cells are those of Yosys, and models of the two that Yosys
+has as black boxes only, block RAM and multiplier.
+"""
+
+import importlib.util
+from pathlib import Path
+from typing import Any
+
+from hdl.emit import verilog_text
+from hdl.yosys import Tool, run_yosys
+
+from .simulators import ROOT
+
+
+__all__ = ["gate_level", "gates_of"]
+
+
+# What `hdl.resources.clock` gives to nextpnr is made by more steps, which choose between equal circuits; any netlist in JSON can be taken.
+_SYNTHESIS = """
+read_verilog design.v
+synth_ecp5 -top {top} -json design.json
+"""
+_WRITE = """
+read_json design.json
+hierarchy -top {top}
+write_verilog -noattr gates.v
+"""
+
+#: Yosys's models of the cells, which its `cells_sim_ecp5.v` includes.
+_CELLS = ("common_sim.vh", "ccu2c_sim.vh")
+_MODELS = tuple(sorted((ROOT / "sim" / "stubs" / "ecp5").glob("*.v")))
+
+# Of models that are not ours, and of a netlist.
+_WITHOUT = ("WIDTH", "UNUSEDSIGNAL", "UNUSEDPARAM", "DECLFILENAME", "PINMISSING", "SPECIFYIGN", "UNDRIVEN", "PROCASSINIT", "GENUNNAMED",
+            "MULTITOP", "CASEINCOMPLETE", "UNOPTFLAT", "INITIALDLY")
+
+
+def _cells() -> str:
+    """Text of the models of all cells."""
+    found = importlib.util.find_spec("pyosys")
+    assert found and found.origin
+    share = Path(found.origin).parent / "share" / "lattice"
+    return "\n".join([*((share / name).read_text() for name in _CELLS), *(path.read_text() for path in _MODELS)])
+
+
+def gates_of(netlist: Path, top: str, folder: Path) -> Path:
+    """Verilog of a netlist in Yosys's JSON, with the models of its cells.
+
+    Parameters
+    ----------
+    netlist : Path
+        As nextpnr takes it.
+    top : str
+        Its top module.
+    folder : Path
+        To work in, and of the result.
+    """
+    if netlist.resolve() != (folder / "design.json").resolve():
+        (folder / "design.json").write_bytes(netlist.read_bytes())
+    run_yosys(Tool.PYOSYS, _WRITE.format(top=top), folder)
+    result = folder / f"{top}_gates.v"
+    allowed = "\n".join(f"/* verilator lint_off {name} */" for name in _WITHOUT)
+    result.write_text(f"`define NO_INCLUDES\n{allowed}\n{(folder / 'gates.v').read_text()}\n{_cells()}")
+    return result
+
+
+def gate_level(component: Any, top: str, folder: Path) -> Path:
+    """Verilog of a component after synthesis for an ECP5; see :func:`gates_of`."""
+    folder.mkdir(parents=True, exist_ok=True)
+    (folder / "design.v").write_text(verilog_text(component, name=top))
+    run_yosys(Tool.PYOSYS, _SYNTHESIS.format(top=top), folder)
+    return gates_of(folder / "design.json", top, folder)
