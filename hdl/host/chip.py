@@ -1,5 +1,6 @@
 """The host's end of the line: a serial port, and the chip's registers with retries."""
 
+import contextlib
 import errno
 import os
 from collections.abc import Sequence
@@ -78,6 +79,9 @@ class SerialPort:
             reason, remedy = _REFUSALS.get(number, _REFUSALS[0])
             told = reason.format(error=os.strerror(number) if number else error)
             raise UserError(f"the serial port {port} cannot be opened: {told}; {remedy.format(option=option)}") from None
+        # A USB adapter delivers a few bytes after 16 ms; Linux lets some deliver them after 1 ms, and other ports refuse.
+        with contextlib.suppress(OSError, ValueError, AttributeError):
+            self._line.set_low_latency_mode(True)
 
     def __enter__(self) -> "SerialPort":
         return self

@@ -12,7 +12,7 @@ from golden.pictures.images import read_picture, write_picture
 from golden.pictures.scenes import scene
 from hdl.host import console
 from hdl.netlist import read_netlist
-from sim import run
+from sim import loop, run
 from sim.kit.gate_level import gate_level
 from sim.kit.loop_port import TOP, simulated_port, small_board
 
@@ -89,6 +89,15 @@ def test_method_recursive(tmp_path):
     with simulated_port(board(RECURSIVE_1), tmp_path / "board") as port:
         report = matched(port, "--method", "recursive")
     assert (report["mismatches"], report["repeated"], report["method"]) == (0, 0, "recursive")
+
+
+def test_command(capsys):
+    """A board at a port for whoever has none, of another size than the pair."""
+    def wait(port):
+        assert f"is at {port}:\npython -m sim.run LEFT RIGHT --hardware {port} --timeout 5\n" in capsys.readouterr().out
+        assert matched(port)["mismatches"] == 0
+        raise KeyboardInterrupt
+    assert loop.main(["--width", str(WIDTH), "--height", str(HEIGHT), "--disparities", str(LABELS)], wait) == 0
 
 
 def test_gate_level(tmp_path):

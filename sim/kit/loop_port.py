@@ -71,7 +71,7 @@ def simulated_port(system: LoopSystem, folder: Path, *, verilog: Path | None = N
     # In a process of its own: cocotb's runner changes the environment while it works.
     with (folder / "port.log").open("w") as log:
         process = subprocess.Popen([sys.executable, "-c", _RUN.format(environment=environment), simulator, TOP, str(folder / simulator)],
-                                   cwd=ROOT, stdout=log, stderr=subprocess.STDOUT, env=dict(os.environ))
+                                   cwd=ROOT, stdout=log, stderr=subprocess.STDOUT, env=dict(os.environ), start_new_session=True)
         try:
             until = time.monotonic() + _START_SECONDS
             while not (folder / "port").exists():

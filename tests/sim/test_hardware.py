@@ -13,7 +13,7 @@ from golden.host.loop_device import LoopDevice
 from golden.host.registers import register_map
 from golden.pictures.images import write_picture
 from golden.pictures.scenes import scene
-from sim import run
+from sim import loop, run
 from sim.models.loop_line import LoopLine, device_at_port
 
 
@@ -145,6 +145,17 @@ def test_refused(pair, capsys, device, options, message):
 def test_options_of_a_line_need_one(pair, capsys):
     assert run.main(["left.png", "right.png", "--baud", "9600"]) == 2
     assert "--baud is of a board's line; name its port with --hardware" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("options, message", [
+    (["--width", "0"], "--width must be a whole number from 1 to 4096, not 0"),
+    (["--height", "2000"], "--height must be a whole number from 1 to 1024, not 2000"),
+    (["--disparities", "1"], "--disparities must be a whole number from 2 to 256, not 1"),
+    (["--arithmetic", "float"], "--arithmetic float has no gateware"),
+])
+def test_simulated_board_is_refused(capsys, options, message):
+    assert loop.main(options) == 2
+    assert message in capsys.readouterr().err
 
 
 def test_no_answer(pair, capsys):

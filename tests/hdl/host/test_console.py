@@ -13,11 +13,14 @@ import pytest
 
 from golden.config import FUSED_1, MatcherConfig
 from golden.errors import UserError
+from golden.host.loop_device import LoopDevice
 from golden.host.protocol import FRAME_BYTES, REPLY_SYNC, Operation, Reply, Request, Status, decode_request, encode_reply
 from golden.host.registers import IDENTITY, Kind, RegisterMap, answer, register_map
+from golden.pictures.images import read_picture
 from golden.rig.config import RigConfig
 from hdl.host.chip import Chip, SerialPort
 from hdl.host.console import main
+from sim.models.loop_line import LoopLine
 from sim.models.uart import SimulatedChip
 
 
@@ -349,3 +352,26 @@ def test_negative_setting(capsys):
     assert "minimum cannot be set to 'no'" in fails(capsys, "set minimum=no", line)
     plain = FakeLine(registers=register_map(MatcherConfig(labels=20, method=FUSED_1)))
     assert "minimum cannot be set to '-1'; choose one of: 0 .. 255 pixels" in fails(capsys, "set minimum=-1", plain)
+
+
+def test_list_of_the_board_at_a_port(capsys, monkeypatch):
+    """Registers of that build, and of a system without cameras."""
+    monkeypatch.setenv("COLUMNS", "200")
+    device = LoopDevice(MatcherConfig(labels=9, max_width=33), 7)
+    assert main(["--port", "none", "list"], LoopLine(device).connect) == 0
+    out = capsys.readouterr().out
+    for register in device.registers:
+        assert rows(out, register.name) == [[register.name, register.access, register.limits, register.unit, register.description]]
+    assert not rows(out, "show")
+
+
+def test_console_of_a_board_without_cameras(capsys, tmp_path):
+    """Its pictures have the size of the last pair; and it has no rectifiers."""
+    device = LoopDevice(MatcherConfig(labels=9, max_width=33), 7)
+    device.values |= {"picture_width": 20, "picture_height": 5, "kept": 1}
+    device.pictures[0][:] = np.arange(33)
+    assert main(["--port", "none", "grab", "left", str(tmp_path / "left.pgm")], LoopLine(device).connect) == 0
+    assert (read_picture(tmp_path / "left.pgm") == np.tile(np.arange(20), (5, 1))).all()
+    assert device.values["keep"] == 0
+    assert main(["--port", "none", "set", "start=1", "u1=3"], LoopLine(device).connect) == 0
+    assert device.values["pairs"] == 1 and capsys.readouterr().out.endswith("start = 1\nu1 = 3 grey levels a pixel\n")
