@@ -62,7 +62,7 @@ stop() { echo "$$*" >&2; exit 1; }
 echo "Installing the Python packages into $$VENV: 150 MB to download at first, 600 MB on disk."
 test -x "$$VENV/bin/pip" || "$$PYTHON" -m venv "$$VENV" 2>/dev/null || "$$PYTHON" -m virtualenv --quiet "$$VENV" ||
     stop "A virtual environment cannot be made in $$VENV with $$PYTHON."
-"$$VENV/bin/python" -m pip install --quiet --disable-pip-version-check --editable ".[demo,sim,resources,console,registers,lab,test]" ||
+"$$VENV/bin/python" -m pip install --quiet --disable-pip-version-check --editable ".[demo,sim,resources,boards,console,registers,lab,test]" ||
     stop "The Python packages cannot be installed into $$VENV; pip's reason is above."
 touch "$$VENV/.installed"
 endef

@@ -3,6 +3,7 @@
 import argparse
 import importlib.util
 from pathlib import Path
+from typing import Any
 
 from golden.cli import add_gateware_options, gateware_config
 from golden.config import MatcherConfig
@@ -13,21 +14,34 @@ from golden.rig.lines import DEFAULT_LINES, LINES
 from golden.rig.maps import SIZES
 
 
-__all__ = ["add_design_options", "add_rig_options", "design_config", "need", "rig_config"]
+__all__ = ["add_design_options", "add_rig_options", "design_config", "need", "rig_config", "set_defaults"]
 
 
 HEIGHTS = range(1, 4097)
 
+# PAL's pictures, and the labels of the thesis.
+WIDTH, HEIGHT, DISPARITIES = 720, 576, 80
 
-def add_design_options(parser: argparse.ArgumentParser) -> None:
-    """Add the options that :func:`design_config` reads."""
-    parser.add_argument("--width", type=int, default=720, metavar="PIXELS", help="longest line, 1 to 4096 (default: %(default)s)")
-    parser.add_argument("--height", type=int, default=576, metavar="LINES",
-                        help=("lines of a frame, 1 to 4096, for frame rates and --rectify: the matcher takes any "
-                                                                            "(default: %(default)s)"))
-    parser.add_argument("--disparities", type=int, default=80, metavar="D",
-                        help="labels, 2 to 256, sequential engine to 128 (default: %(default)s)")
+
+def add_design_options(parser: argparse.ArgumentParser, *, boards: bool = False) -> None:
+    """Add the options that :func:`design_config` reads; with ``boards`` :func:`set_defaults` must be called, for boards have their own."""
+    def told(default: int) -> dict[str, Any]:
+        return {"type": int, "default": None if boards else default}
+
+    own = ", or a board's own" if boards else ""
+    parser.add_argument("--width", **told(WIDTH), metavar="PIXELS", help=f"longest line, 1 to 4096 (default: {WIDTH}{own})")
+    parser.add_argument("--height", **told(HEIGHT), metavar="LINES", help=(
+        f"lines of a frame, 1 to 4096, for frame rates and --rectify: the matcher takes any (default: {HEIGHT}{own})"))
+    parser.add_argument("--disparities", **told(DISPARITIES), metavar="D",
+                        help=f"labels, 2 to 256, sequential engine to 128 (default: {DISPARITIES}{own})")
     add_gateware_options(parser)
+
+
+def set_defaults(options: argparse.Namespace, width: int = WIDTH, height: int = HEIGHT, disparities: int = DISPARITIES) -> None:
+    """Set what was not chosen."""
+    for name, default in (("width", width), ("height", height), ("disparities", disparities)):
+        if getattr(options, name) is None:
+            setattr(options, name, default)
 
 
 def design_config(options: argparse.Namespace) -> MatcherConfig:

@@ -4,10 +4,7 @@ Banks 1, 2, 5 and 6 of the device, with both HSMC connectors, are supplied with 
 Banks 3, 4, 7 and 8, with memory, LEDs, buttons and oscillators, are supplied with 1.8 V.
 """
 
-import contextlib
 import csv
-import os
-from collections.abc import Iterator
 from importlib import resources
 from typing import Any
 
@@ -18,6 +15,7 @@ from amaranth.hdl import Fragment
 from amaranth.lib.cdc import AsyncFFSynchronizer, FFSynchronizer
 from amaranth.vendor import AlteraPlatform
 
+from ..environment import no_overrides
 from .synchronizers import async_ff_synchronizer, ff_synchronizer
 
 
@@ -45,18 +43,6 @@ BALLS = {row["ball"]: int(row["bank"]) for row in _PINS.values()}
 BANK_VOLTS = {1: 2.5, 2: 2.5, 3: 1.8, 4: 1.8, 5: 2.5, 6: 2.5, 7: 1.8, 8: 1.8}
 #: Balls that reach the clock network: those that Quartus reports as dedicated inputs.
 CLOCK_BALLS = frozenset(("A14", "A15", "B14", "B15", "AG14", "AG15", "AH14", "AH15", "J1", "J2", "J27", "J28", "Y1", "Y2", "Y27", "Y28"))
-
-
-@contextlib.contextmanager
-def _no_overrides() -> Iterator[None]:
-    """Within the block no variable ``AMARANTH_add_settings`` or the like, which somebody needs for a board of their own: Amaranth prefers
-    those to what a platform says.
-    """
-    before = {name: os.environ.pop(name) for name in [*os.environ] if name.startswith("AMARANTH_") and name != "AMARANTH_USE_YOSYS"}
-    try:
-        yield
-    finally:
-        os.environ.update(before)
 
 
 def _pins(*signals: str, dir: str, cls: type = Pins) -> Pins:
@@ -191,7 +177,7 @@ class Cyclone3Platform(AlteraPlatform):
         return async_ff_synchronizer(async_ff_sync)
 
     def toolchain_prepare(self, fragment: Fragment, name: str, *, add_settings: str = "", **kwargs: Any) -> BuildPlan:
-        with _no_overrides():
+        with no_overrides():
             plan = super().toolchain_prepare(fragment, name, add_settings="\n".join([*self.SETTINGS, add_settings]), **kwargs)
         plan.add_file(f"{name}.qpf", f'QUARTUS_VERSION = "13.1"\nPROJECT_REVISION = "{name}"\n')
         return plan

@@ -147,6 +147,7 @@ def quartus_project(core: System, display: DisplayFormat, config: MatcherConfig)
     display, config
         What the core was made for.
     """
+    assert core.budget
     local_clock_mhz = core.budget.timing.clock_hz / 1e6
     plan = StereoPlatform(display, config, local_clock_mhz).prepare(BoardTop(core, display), NAME, emit_src=False)
     files = {file_name: text.rstrip("\n") + "\n" for file_name, text in plan.files.items()}

@@ -29,20 +29,27 @@ class TmdsEncoder(wiring.Component):
 
     Timing: latency :attr:`LATENCY` cycles, a word a cycle; ``word`` is registered. After reset it is the control word 0.
 
+    Parameters
+    ----------
+    controlled : bool
+        Whether the channel has control bits; those of others are 0.
+
     Members
     -------
     level : In(8)
         Of a pixel; counts where ``de`` is high.
     control : In(2)
-        Counts where it is low.
+        Counts where it is low; only if ``controlled``.
     de : In(1)
     word : Out(10)
         The lowest bit is sent first.
     """
     LATENCY = 2
 
-    def __init__(self) -> None:
-        super().__init__({"level": In(PIXEL_BITS), "control": In(2), "de": In(1), "word": Out(WORD_BITS, init=CONTROL_WORDS[0])})
+    def __init__(self, controlled: bool = True):
+        self.controlled = controlled
+        super().__init__({"level": In(PIXEL_BITS), **({"control": In(2)} if controlled else {}), "de": In(1),
+                          "word": Out(WORD_BITS, init=CONTROL_WORDS[0])})
 
     def elaborate(self, platform: object) -> Module:
         m = Module()
@@ -55,10 +62,15 @@ class TmdsEncoder(wiring.Component):
             sums.append(sums[-1] ^ bit)
         m.d.comb += [ones.eq(_ones(self.level)), by_xor.eq(~((ones > 4) | ((ones == 4) & ~self.level[0])))]
         minimised = Signal(PIXEL_BITS, reset_less=True)
-        xor, de, control = Signal(reset_less=True), Signal(), Signal(2)
+        xor, de = Signal(reset_less=True), Signal()
+        blank: Value | int = CONTROL_WORDS[0]
+        if self.controlled:
+            control = Signal(2)
+            m.d.sync += control.eq(self.control)
+            blank = Array(CONTROL_WORDS)[control]
         m.d.sync += [
             minimised.eq(Cat(bit ^ (~by_xor if place % 2 else 0) for place, bit in enumerate(sums))),
-            xor.eq(by_xor), de.eq(self.de), control.eq(self.control),
+            xor.eq(by_xor), de.eq(self.de),
         ]
 
         # As many ones as zeros: half of what the words so far have more of, and half of what these eight bits have more of.
@@ -81,7 +93,7 @@ class TmdsEncoder(wiring.Component):
                 running.eq(running + change),
             ]
         with m.Else():
-            m.d.sync += [self.word.eq(Array(CONTROL_WORDS)[control]), running.eq(0)]
+            m.d.sync += [self.word.eq(blank), running.eq(0)]
         return m
 
 
@@ -107,11 +119,10 @@ class DviLink(wiring.Component):
     def elaborate(self, platform: object) -> Module:
         m = Module()
         for number, colour in enumerate(CHANNELS):
-            m.submodules[colour] = encoder = TmdsEncoder()
-            m.d.comb += [
-                encoder.level.eq(getattr(self, colour)), encoder.de.eq(self.de), self.words[number].eq(encoder.word),
-                encoder.control.eq(0 if number else Cat(self.hsync, self.vsync)),
-            ]
+            m.submodules[colour] = encoder = TmdsEncoder(controlled=number == 0)
+            m.d.comb += [encoder.level.eq(getattr(self, colour)), encoder.de.eq(self.de), self.words[number].eq(encoder.word)]
+            if encoder.controlled:
+                m.d.comb += encoder.control.eq(Cat(self.hsync, self.vsync))
         m.d.comb += self.words[len(CHANNELS)].eq(CLOCK_WORD)
         return m
 

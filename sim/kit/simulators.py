@@ -28,13 +28,15 @@ from .places import clean_environment, copied, full_disk, link_tools, relative
 from .store import ROOT, Store, models
 
 
-__all__ = ["ROOT", "SIMULATORS", "STUBS", "SimulationError", "build", "lint", "require", "run"]
+__all__ = ["ECP5_STUBS", "ROOT", "SIMULATORS", "STUBS", "SimulationError", "build", "lint", "require", "run"]
 
 
 SIMULATORS = ("verilator", "icarus")
 
 #: Verilog stand-ins for the vendor blocks that a board's top level instantiates.
 STUBS = tuple(sorted((ROOT / "sim" / "stubs").glob("*.v")))
+#: The same for boards with an ECP5.
+ECP5_STUBS = (ROOT / "sim" / "stubs" / "ecp5" / "blocks.v",)
 
 # What cocotb 2.1 needs.
 _VERILATOR_VERSION = (5, 36)

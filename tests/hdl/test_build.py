@@ -34,7 +34,7 @@ import sys, dataclasses
 from boards.cyclone3 import board
 from hdl.build import main
 from sim.models.board_core import BoardCore
-board.BOARD = dataclasses.replace(board.BOARD, system=lambda config, display, timing, rig: BoardCore(config))
+board.BOARD = dataclasses.replace(board.BOARD, system=lambda design: BoardCore(design.config))
 sys.exit(main(sys.argv[1:]))
 """
 
@@ -44,10 +44,10 @@ def given():
     """Replaces the board's video system by the stand-in; the displays that it was made for, and the rectification."""
     made = []
 
-    def stand_in(config, display, timing, rig):
-        assert timing == MemoryTiming()
-        made.append((display, rig))
-        return BoardCore(config)
+    def stand_in(design):
+        assert MemoryTiming.at(design.clock_hz) == MemoryTiming()
+        made.append((design.display, design.rig))
+        return BoardCore(design.config)
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(board, "BOARD", replace(board.BOARD, system=stand_in))
@@ -156,7 +156,7 @@ def test_manifest_tells_where_the_fields_of_a_payload_are(folders):
     (10, r"need \d+\.\d million words a second of memory, and it serves \d+\.\d at 10 MHz: choose"),
 ])
 def test_what_the_memory_cannot_serve_is_refused(clock_mhz, told, tmp_path, capsys, monkeypatch):
-    monkeypatch.setattr(board, "BOARD", replace(BOARD_AS_IT_IS, memory_clock_mhz=clock_mhz))
+    monkeypatch.setattr(board, "BOARD", replace(BOARD_AS_IT_IS, clock_mhz=clock_mhz))
     with refused_components():
         assert main(["--board", "cyclone3", "--engine", "sequential", *FEW, "--output", str(tmp_path / "out")]) == 2
     assert re.fullmatch(rf"hdl\.build: .*{told}.*\n", capsys.readouterr().err)
@@ -187,9 +187,9 @@ def test_memory_clock(tmp_path, capsys, monkeypatch):
     """Budget, table, manifest, constraints and instructions follow."""
     made = []
 
-    def stand_in(config, display, timing, rig):
-        made.append(timing)
-        return BoardCore(config, timing)
+    def stand_in(design):
+        made.append(MemoryTiming.at(design.clock_hz))
+        return BoardCore(design.config, made[-1])
 
     monkeypatch.setattr(board, "BOARD", replace(BOARD_AS_IT_IS, system=stand_in))
     assert main([*BOARD, "--memory-clock", "125", "--output", str(tmp_path)]) == 0
@@ -302,7 +302,7 @@ BAD = {
     "memory clock in words": (["--board", "cyclone3", "--memory-clock", "fast"], "--memory-clock.*'fast'"),
     "width on the board": (["--board", "cyclone3", "--width", "640"], "720x576 pixels, not 640x576; leave --width and --height out"),
     "height on the board": (["--board", "cyclone3", "--height", "480"], "720x576 pixels, not 720x480; .*choose --core"),
-    "frame timing on the board": (["--board", "cyclone3", "--frame-timing"], "--frame-timing.*--board has cameras; choose --core"),
+    "frame timing on the board": (["--board", "cyclone3", "--frame-timing"], "--frame-timing.*--board makes a whole system; choose --core"),
     "name on the board": (["--board", "cyclone3", "--name", "left"], "--name is for the bare matcher.*choose --core"),
     "name that is none": (["--core", "--name", "left eye"], "'left eye' cannot name a module: it is no identifier; choose another one"),
     "keyword as a name": (["--core", "--name", "Buffer"], "'Buffer' cannot name a module: it is a keyword of VHDL; choose"),

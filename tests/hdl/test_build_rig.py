@@ -67,9 +67,9 @@ def test_rectification_of_the_board(tmp_path, monkeypatch):
     """What its system is made of: by default, with a rig, without."""
     made = []
 
-    def stand_in(config, display, timing, rig):
-        made.append(rig)
-        core = BoardCore(config)
+    def stand_in(design):
+        made.append(design.rig)
+        core = BoardCore(design.config)
         Fragment.get(core, None)  # Amaranth complains of a component that is not used
         return core
 

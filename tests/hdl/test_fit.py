@@ -13,20 +13,20 @@ from golden.errors import UserError
 from golden.rig.config import RigConfig
 from golden.video.bandwidth import Budget
 from hdl.build import main
-from hdl.fit import Fit, remedies
+from hdl.fit import cyclone3_fit, remedies
 from hdl.netlist import Netlist
-from hdl.resources.count import Count, Resources
-from hdl.resources.devices import Device
+from hdl.resources.count import Resources
+from hdl.resources.devices import CONTROLLER, DEFAULT_DEVICE, DEVICES, Device
 from hdl.resources.estimate import LOGIC_ERROR
 
 
 DEVICE = Device("T1", Resources(logic_elements=1000, m9k=100, multipliers_9x9=10))
 ALLOWED = Resources(logic_elements=100, m9k=10)
-REMEDIES = {"logic_elements": "fewer lights", "m9k": "fewer books", "multipliers_9x9": "fewer games"}
+REMEDIES = {"logic": "fewer lights", "memory": "fewer books", "multipliers": "fewer games"}
 
 
 def fit(**figures):
-    return Fit(Resources(**figures), ALLOWED, "a toy", DEVICE)
+    return cyclone3_fit(Resources(**figures), ALLOWED, "a toy", DEVICE)
 
 
 @pytest.mark.parametrize("figures", [
@@ -50,7 +50,7 @@ def test_does_not_fit(figures, told):
 
 
 def test_unknown_capacity():
-    everything = Fit(Resources(10**6, 10**6, 10**6, 10**6), ALLOWED, "a toy", Device("T2", Resources()))
+    everything = cyclone3_fit(Resources(10**6, 10**6, 10**6, 10**6), ALLOWED, "a toy", Device("T2", Resources()))
     everything.check(REMEDIES)
     assert everything.warning() is None
 
@@ -67,16 +67,23 @@ def test_warning(figures, told):
 
 
 @pytest.mark.parametrize("method, rig, figure, told", [
-    (OnePass(), None, "m9k", "fewer --disparities than 16"),
-    (FUSED_1, None, "m9k", "fewer --disparities than 16 or other --parameters or another --method"),
-    (OnePass(), RigConfig(34), "logic_elements", "fewer --disparities than 16, fewer --rectify-lines than 34 or --no-rectify"),
-    (OnePass(), None, "multipliers_9x9", "fewer --disparities than 16"),
-    (RECURSIVE_1, None, "multipliers_9x9", "--soft-multipliers"),
-    (changed(RECURSIVE_1, soft_multipliers=True), None, "multipliers_9x9", "fewer --disparities than 16"),
+    (OnePass(), None, "memory", "fewer --disparities than 16"),
+    (FUSED_1, None, "memory", "fewer --disparities than 16 or other --parameters or another --method"),
+    (OnePass(), RigConfig(34), "logic", "fewer --disparities than 16, fewer --rectify-lines than 34 or --no-rectify"),
+    (OnePass(), None, "multipliers", "fewer --disparities than 16"),
+    (RECURSIVE_1, None, "multipliers", "--soft-multipliers"),
+    (changed(RECURSIVE_1, soft_multipliers=True), None, "multipliers", "fewer --disparities than 16"),
 ])
 def test_remedies(method, rig, figure, told):
     """Only what the design leaves to choose."""
     assert remedies(MatcherConfig(16, method=method), rig)[figure] == told
+
+
+def test_remedies_of_stored_pictures():
+    """They are in memory blocks."""
+    told = remedies(MatcherConfig(16), None, (320, 240))
+    assert told["memory"] == "a smaller picture than --width 320 --height 240 or fewer --disparities than 16"
+    assert told["logic"] == "fewer --disparities than 16"
 
 
 @pytest.fixture
@@ -85,12 +92,12 @@ def board(monkeypatch):
     def make(**figures):
         project = Project("stereo", {"stereo.v": ""}, {"stereo": Netlist({}, {}, {})})
 
-        def system(config, display, timing, rig):
-            matcher = SimpleNamespace(config=config, clocks_per_pixel=1, full_rate_width=1, latency_lines=1, latency_clocks=1,
+        def system(design):
+            matcher = SimpleNamespace(config=design.config, clocks_per_pixel=1, full_rate_width=1, latency_lines=1, latency_clocks=1,
                                       frame_clocks=lambda width, height: width * height)
             return SimpleNamespace(matcher=matcher, budget=Budget())
-        made = replace(BOARD, system=system, project=lambda core, display, config: project, check=lambda project: [],
-                       estimate=lambda modules, top: Count({top: Resources(**figures)}))
+        made = replace(BOARD, system=system, project=lambda core, design: project, check=lambda project: [],
+                       fit=lambda _: cyclone3_fit(Resources(**figures), CONTROLLER, "Altera's DDR2 controller", DEVICES[DEFAULT_DEVICE]))
         monkeypatch.setattr("hdl.build.find_board", lambda name: made)
     return make
 

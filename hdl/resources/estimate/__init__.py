@@ -5,7 +5,7 @@ it and ``cells`` Yosys's cells, ``cover`` covers the logic with tables, ``total`
 May import ``hdl.memory_blocks``, ``hdl.resources`` and ``hdl.netlist``.
 """
 
-from .total import LOGIC_ERROR, estimate
+from .total import LOGIC_ERROR, SOFT_PRODUCT, Elements, elements, estimate
 
 
-__all__ = ["LOGIC_ERROR", "estimate"]
+__all__ = ["LOGIC_ERROR", "SOFT_PRODUCT", "Elements", "elements", "estimate"]

@@ -1,8 +1,10 @@
 """The figures of an estimate, in the blocks of the design, as :class:`hdl.resources.count.Count` has those of a count."""
 
+import contextlib
 import gc
 from collections import Counter, defaultdict
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from typing import NamedTuple
 
 from ...memory_blocks import MemoryShape, blocks, logic_elements
 from ...netlist import Netlist
@@ -14,7 +16,7 @@ from .graph import ADD, CARRY, LOGIC, MULTIPLIER, PRODUCT, RAM, READ, REGISTER
 from .resolve import Resolved
 
 
-__all__ = ["LOGIC_ERROR", "estimate"]
+__all__ = ["LOGIC_ERROR", "SOFT_PRODUCT", "Elements", "elements", "estimate"]
 
 
 #: By how much, in percent, the logic elements of a chip or matcher of 64 disparities or more differ at most from the count; docs/fit.md has
@@ -22,7 +24,7 @@ __all__ = ["LOGIC_ERROR", "estimate"]
 LOGIC_ERROR = 5
 
 #: Tables for each bit of a product of the widths of the operands of a multiplication that no multiplier does: partial products, and adders.
-_SOFT_PRODUCT = 1.5
+SOFT_PRODUCT = 1.5
 
 
 def _shape(cell: FlatCell, literal: Callable[[int], int]) -> MemoryShape:
@@ -39,6 +41,26 @@ def _shape(cell: FlatCell, literal: Callable[[int], int]) -> MemoryShape:
     bits = cell.number("ABITS")
     addresses = {tuple(map(literal, nets["RD_ADDR"][place:place + bits])) for place in range(0, len(nets["RD_ADDR"]), bits)}
     return MemoryShape(words, len(kept), written, len(addresses), len(clocks))
+
+
+def _with_shared_ports(cell: FlatCell, literal: Callable[[int], int]) -> MemoryShape:
+    """Shape of a memory whose blocks have two ports, each of which reads and writes: a read at the address of a write needs none."""
+    shape, nets, bits = _shape(cell, literal), cell.nets, cell.number("ABITS")
+
+    def addresses(port: str) -> set[tuple[int, ...]]:
+        return {tuple(map(literal, nets[port][place:place + bits])) for place in range(0, len(nets.get(port, ())), bits)}
+    return shape._replace(read_ports=max(1, len(addresses("RD_ADDR") - addresses("WR_ADDR"))))
+
+
+class Elements(NamedTuple):
+    """What any family's blocks are made of: tables of four inputs, bits of carry chains, registers; the widths of the operands of products,
+    the greater one first; the shapes of memories, where a read at the address of a write needs no port.
+    """
+    tables: int
+    carries: int
+    registers: int
+    products: list[tuple[int, int]]
+    memories: list[MemoryShape]
 
 
 class _Total:
@@ -71,7 +93,7 @@ class _Total:
                 self.add(node, "multipliers_9x9", multipliers)
                 if not multipliers:
                     self.in_logic.add(node)
-                    self.add(node, "logic_elements", round(_SOFT_PRODUCT * wide * narrow))
+                    self.add(node, "logic_elements", round(SOFT_PRODUCT * wide * narrow))
 
     def add_logic(self) -> None:
         for node in self.cover.tables:
@@ -119,6 +141,36 @@ class _Total:
                 self.add(register, "logic_elements", 1)
 
 
+@contextlib.contextmanager
+def _no_collection() -> Iterator[None]:
+    """Millions of objects that live to the end: see `hdl.emit.rtlil_text`."""
+    collects = gc.isenabled()
+    gc.disable()
+    try:
+        yield
+    finally:
+        if collects:
+            gc.enable()
+
+
+def _covered(modules: Mapping[str, Netlist], top: str) -> tuple[Flat, Resolved, Cover]:
+    flat = Flat(modules, top)
+    resolved = Resolved(flat)
+    return flat, resolved, Cover(resolved)
+
+
+def elements(modules: Mapping[str, Netlist], top: str) -> Elements:
+    """What a design is made of, whatever the family; parameters as of :func:`estimate`."""
+    with _no_collection():
+        _, resolved, cover = _covered(modules, top)
+        nodes = [resolved.graph.nodes[node] for node, uses in enumerate(cover.uses) if uses]
+        return Elements(
+            len(cover.tables), len({tuple(rest) for kind, *rest in nodes if kind in (ADD, CARRY)}),
+            sum(node[0] == REGISTER for node in nodes),
+            [node[3] for node in nodes if node[0] == MULTIPLIER],
+            [_with_shared_ports(node[1], resolved.literal) for node in nodes if node[0] == RAM])
+
+
 def estimate(modules: Mapping[str, Netlist], top: str) -> Count:
     """Estimate logic elements, memory blocks and multipliers of a Cyclone III: seconds where a count takes minutes.
 
@@ -134,18 +186,10 @@ def estimate(modules: Mapping[str, Netlist], top: str) -> Count:
     Count
         Without numbers of its elements, and without bounds; :data:`LOGIC_ERROR` is that of the total.
     """
-    # Millions of objects that live to the end: see `hdl.emit.rtlil_text`.
-    collects = gc.isenabled()
-    gc.disable()
-    try:
-        flat = Flat(modules, top)
-        resolved = Resolved(flat)
-        total = _Total(flat, resolved, Cover(resolved))
+    with _no_collection():
+        total = _Total(*_covered(modules, top))
         total.add_memories()
         total.add_logic()
         total.add_registers()
-    finally:
-        if collects:
-            gc.enable()
     figures = total.figures or {top: Counter()}
     return Count({block: Resources(**{figure: figures[block][figure] for figure in FIGURES}) for block in sorted(figures)})

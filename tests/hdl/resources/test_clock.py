@@ -7,8 +7,9 @@ import pytest
 from hdl.emit import verilog_text
 from hdl.netlist import Cell, Netlist, read_netlist
 from hdl.parts.delay import Delay
-from hdl.resources import clock
-from hdl.resources.clock import _plan, _selection, _synthesise, _worst_path, our_name
+from hdl.resources import ecp5
+from hdl.resources.clock import _plan, _selection, _worst_path, our_name
+from hdl.resources.ecp5 import synthesise
 
 
 @pytest.mark.parametrize("name, ours", [
@@ -44,9 +45,9 @@ def test_device_with_too_few_multipliers(found, soft, tmp_path, monkeypatch):
         cells = {f"{kind}_{n}": Cell(kind, {}) for kind, count in (("MULT18X18D", multipliers), ("DP16KD", memories)) for n in range(count)}
         return {"top": Netlist({}, cells, {})}
 
-    monkeypatch.setattr(clock, "run_yosys", lambda tool, script, folder, report: scripts.append(script))
-    monkeypatch.setattr(clock, "read_netlist", netlist)
-    types, of_tables = _synthesise(tmp_path, "top", print)
+    monkeypatch.setattr(ecp5, "run_yosys", lambda tool, script, folder, report: scripts.append(script))
+    monkeypatch.setattr(ecp5, "read_netlist", netlist)
+    types, of_tables = synthesise(tmp_path, "top", print)
     assert (types["MULT18X18D"], types["DP16KD"], of_tables, len(scripts)) == (*found[-1], soft, len(found))
     assert ["mul2dsp" in script for script in scripts] == [False, True, False, False][:len(found)]
     assert ["-nodsp" in script for script in scripts] == [False, True, True, True][:len(found)]
@@ -95,6 +96,6 @@ def test_marked_memory_needs_no_logic(tmp_path):
         folder = tmp_path / name
         folder.mkdir()
         (folder / "design.v").write_text(source)
-        found[name], _ = _synthesise(folder, "top", lambda step: None)
+        found[name], _ = synthesise(folder, "top", lambda step: None)
     assert found["marked"]["DP16KD"] == found["unmarked"]["DP16KD"] == 1
     assert found["marked"]["TRELLIS_FF"] == 18 + 9 + 9 < found["unmarked"]["TRELLIS_FF"]

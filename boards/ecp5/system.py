@@ -1,0 +1,38 @@
+"""The system on boards to which a host sends pairs of pictures, as :class:`boards.registry.Board` wants it."""
+
+from dataclasses import dataclass
+from typing import Any
+
+from golden.errors import UserError
+from golden.host.loop_registers import loop_register_map
+from golden.host.registers import RegisterMap
+from golden.video.bandwidth import Budget
+from hdl.loop.system import LoopSystem
+
+from ..registry import Design
+
+
+__all__ = ["LoopBoard", "loop_registers", "loop_system"]
+
+
+@dataclass
+class LoopBoard:
+    """The component ``core``, and its matcher."""
+    core: Any
+    matcher: Any
+    budget: Budget | None = None
+
+
+def loop_system(design: Design) -> LoopBoard:
+    """The system of a design; :class:`golden.errors.UserError` if the serial line does not run at its rate."""
+    assert design.baud
+    try:
+        core = LoopSystem(design.config, design.height, design.clock_hz, design.baud, display=design.display is not None)
+    except ValueError as error:
+        raise UserError(f"--baud {design.baud} at a clock of {design.clock_hz / 1e6:g} MHz: {error}") from None
+    return LoopBoard(core, core.matcher)
+
+
+def loop_registers(design: Design) -> RegisterMap:
+    """Registers of :func:`loop_system`."""
+    return loop_register_map(design.config, design.height)

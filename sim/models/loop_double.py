@@ -1,0 +1,61 @@
+"""Stand-in for the system behind a serial line: few registers between its ports, so that a board's top level can be tried alone."""
+
+from functools import cache
+from typing import Any
+
+import numpy as np
+from amaranth import *
+from amaranth.lib import wiring
+from amaranth.lib.memory import Memory
+from amaranth.lib.wiring import In, Out
+from numpy.typing import NDArray
+
+from boards.ecp5.system import LoopBoard
+from boards.registry import Design, Project, find_board
+from golden.config import MatcherConfig
+from golden.video.formats import VGA, DisplayFormat
+
+
+__all__ = ["LoopDouble", "double_pictures", "double_project"]
+
+
+def double_pictures(config: MatcherConfig, height: int) -> tuple[NDArray[Any], NDArray[Any], NDArray[Any]]:
+    """Left picture, labels, and where they are known, that the stand-in shows: noise that is the same each time."""
+    rng, shape = np.random.default_rng(1), (height, config.max_width)
+    return rng.integers(0, 256, shape), rng.integers(0, config.labels, shape), rng.random(shape) < 0.8
+
+
+class LoopDouble(wiring.Component):
+    """Sends back each bit of the line a clock later; the LEDs count its changes; shows :func:`double_pictures`.
+
+    Parameters and members as of :class:`hdl.loop.system.LoopSystem`.
+    """
+    def __init__(self, config: MatcherConfig, height: int, display: bool):
+        self.config, self.width, self.height, self.display = config, config.max_width, height, display
+        super().__init__({
+            "uart_rx": In(1, init=1), "uart_tx": Out(1, init=1), "leds": Out(8),
+            **({"display_address": In(range(self.width * height)), "display_left": Out(8), "display_label": Out(range(config.labels)),
+                "display_known": Out(1)} if display else {}),
+        })
+
+    def elaborate(self, platform: object) -> Module:
+        m = Module()
+        with m.If(self.uart_rx != self.uart_tx):
+            m.d.sync += self.leds.eq(self.leds + 1)
+        m.d.sync += self.uart_tx.eq(self.uart_rx)
+        if self.display:
+            words = [int(grey) | int(label) << 8 | int(known) << 16 for grey, label, known in zip(
+                *(picture.flat for picture in double_pictures(self.config, self.height)))]
+            m.submodules.store = store = Memory(shape=17, depth=len(words), init=words)
+            read = store.read_port(domain="pixel")
+            m.d.comb += [read.addr.eq(self.display_address), self.display_left.eq(read.data[:8]),
+                         self.display_label.eq(read.data[8:16]), self.display_known.eq(read.data[16])]
+        return m
+
+
+@cache
+def double_project(board: str, display: DisplayFormat | None = VGA) -> Project:
+    """The project of a board with the stand-in on it."""
+    config = MatcherConfig(labels=4, max_width=9)
+    core = LoopDouble(config, 6, display is not None)
+    return find_board(board).project(LoopBoard(core, None), Design(config, 6, 75_000_000, display, None, 3_000_000))
