@@ -65,7 +65,10 @@ class LoopSystem(wiring.Component):
         m.submodules.replies = replies = Queue(8, _REPLY_BYTES)
         m.submodules.transmitter = transmitter = self.transmitter
         wiring.connect(m, receiver.o, requests.i)
-        wiring.connect(m, requests.o, core.i)
+        # Reading a block RAM takes half of a clock.
+        m.submodules.next_request = next_request = Queue(8, 1)
+        wiring.connect(m, requests.o, next_request.i)
+        wiring.connect(m, next_request.o, core.i)
         wiring.connect(m, core.o, replies.i)
         wiring.connect(m, replies.o, transmitter.i)
         m.d.comb += [

@@ -36,7 +36,7 @@ SIMULATORS = ("verilator", "icarus")
 #: Verilog stand-ins for the vendor blocks that a board's top level instantiates.
 STUBS = tuple(sorted((ROOT / "sim" / "stubs").glob("*.v")))
 #: The same for boards with an ECP5.
-ECP5_STUBS = (ROOT / "sim" / "stubs" / "ecp5" / "blocks.v",)
+ECP5_STUBS = (ROOT / "sim" / "stubs" / "ecp5_board" / "blocks.v",)
 
 # What cocotb 2.1 needs.
 _VERILATOR_VERSION = (5, 36)
