@@ -23,13 +23,15 @@ _NARROW_BITS = 6
 # A clock enable or a synchronous reset of few registers is made of tables: hundreds of them would each occupy part of a tile, and routing.
 _ENABLED = "-cell $_DFFE_?P??_ r -cell $_SDFFE_?P??_ r"
 _SYNTHESIS = """
-# synthesis for the ECP5
+# synthesis: reading
 read_verilog design.v
 synth_ecp5 {options} -top {top} -run begin:coarse
+# synthesis: multipliers, memories
 {multipliers}
 synth_ecp5 {options} -top {top} -run coarse:map_ram
 {narrow}
 synth_ecp5 {options} -top {top} -run map_ram:map_ffs
+# synthesis: registers, tables
 dfflegalize -minsrst 24 -mince 24 -cell $_DFF_?_ 01 -cell $_DFF_?P?_ r -cell $_SDFF_?P?_ r -cell $_DFFE_??_ 01 {more}
 opt_clean
 {tables}
@@ -66,10 +68,8 @@ sys.exit(run_nextpnr_ecp5(sys.argv[1:]))
 _STEPS = (
     (r"Info: Packing", "packing"),
     (r"Info: Creating initial", "placing"),
-    (r"Info:  at iteration #(\d+)", "placing, round {}"),
-    (r"Info: Running main analytical placer", "placing"),
-    (r"Info: Running simulated annealing", "placing: refinement"),
-    (r"Info:   at iteration #(\d+)", "placing: refinement, round {}"),
+    (r"Info: +at iteration #(\d+), type", "placing, round {}"),
+    (r"Info: +at iteration #(\d+): temp", "refining the placement, round {}"),
     (r"Info: Routing", "routing"),
     (r"Info: +\d+ \|.*\| +(\d+)\|", "routing, {} wires left"),
 )

@@ -11,7 +11,7 @@ from hdl.memory_blocks import MemoryShape, blocks, logic_elements
 from hdl.netlist import Cell, Netlist, Port
 from hdl.parts.queue import AsyncQueue
 from hdl.resources.count import Resources
-from hdl.resources.estimate import estimate
+from hdl.resources.estimate import Elements, elements, estimate
 from tests.kit import Circuit
 
 
@@ -188,3 +188,18 @@ def test_feedthrough():
     cells = {"part": Cell("wire", {"i": [2], "o": [3]}, {"i": "input", "o": "output"}), "differ": differ}
     top = Netlist({"a": Port("input", [2]), "y": Port("output", [4])}, cells, {"a": [2], "b": [3], "y": [4]})
     assert estimate({"top": top, "wire": wire}, "top").total == Resources()
+
+
+@pytest.mark.parametrize("shared, ports", [(True, 1), (False, 2)])
+def test_elements(shared, ports):
+    """By hand: a memory with a read at the address of its write, or at another one, and a second read; a product, a sum, a register."""
+    def build(c, m):
+        m.submodules.memory = memory = Memory(shape=8, depth=64, init=[])
+        write, reads = memory.write_port(), [memory.read_port(), memory.read_port()]
+        m.d.comb += [write.addr.eq(c.a), write.data.eq(c.b), write.en.eq(1)]
+        m.d.comb += [reads[0].addr.eq(c.a if shared else c.c), reads[1].addr.eq(c.b)]
+        m.d.sync += c.sum.eq(reads[0].data + reads[1].data)
+        m.d.comb += c.product.eq(c.b[:5] * c.c[:4])
+    circuit = Circuit(build, a=In(6), b=In(8), c=In(8), sum=Out(9), product=Out(9))
+    found = elements(emit_rtlil(rtlil_text(circuit, name="top")).netlist, "top")
+    assert found == Elements(0, 9, 9, [(5, 4)], [MemoryShape(64, 8, 1, ports, 1)])
