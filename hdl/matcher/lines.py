@@ -13,7 +13,7 @@ from amaranth.utils import ceil_log2
 
 from golden.config import PIXEL_BITS, MatcherConfig
 
-from ..parts.delay import NO_COLLISION, StreamRegister
+from ..parts.delay import NO_COLLISION, SkidRegister, StreamRegister
 from ..parts.queue import Queue
 from .stream import ColumnWord, PixelPair, line_names
 
@@ -88,10 +88,12 @@ class LineStore(wiring.Component):
 
         # Plus Line FIFO.
         m.submodules.plus_fifo = fifo = Queue(PixelPair(), self.PLUS_DEPTH)
-        m.submodules.plus_register = plus_register = StreamRegister(PixelPair())
-        plus_line, head = plus_register.o, plus_register.o.p
+        m.submodules.plus_register = plus_register = StreamRegister(PixelPair())  # the memory block's own
+        m.submodules.plus_head = plus_head = SkidRegister(PixelPair())
+        plus_line, head = plus_head.o, plus_head.o.p
         wiring.connect(m, wiring.flipped(self.i), fifo.i)
         wiring.connect(m, fifo.o, plus_register.i)
+        wiring.connect(m, plus_register.o, plus_head.i)
 
         # Line and Minus Line memories: read a column, a cycle later write it back moved down by one line.
         pair = data.StructLayout({"left": PIXEL_BITS, "right": PIXEL_BITS})
@@ -104,6 +106,8 @@ class LineStore(wiring.Component):
         # What is being issued to the memories in this cycle.
         x        = Signal(range(max_width))
         width    = Signal(range(max_width))  # of this frame, less one
+        at_start = Signal(init=1)            # x == 0
+        at_end   = Signal()                  # x == width, from the second line on
         row_zero = Signal()                  # the first line: stored, nothing to output yet
         row_one  = Signal()                  # the line after it, and so on; with the last of these the first line is output
         row      = [row_zero, row_one, *(Signal(name=f"row_{n}") for n in range(2, reach + 1))]
@@ -114,68 +118,66 @@ class LineStore(wiring.Component):
         below    = Signal()
         closes_frame = Signal()              # the line is the last to be output
 
-        # The column read from the memories.
-        held       = Signal()
-        held_shown = Signal()
-        held_x     = Signal.like(x, reset_less=True)
-        held_plus  = Signal(pair, reset_less=True)
-        held_flush = Signal(reset_less=True)
-        held_below = Signal(reset_less=True)
-        held_end   = Signal(reset_less=True)
-        held_top   = Signal(reset_less=True)
-        held_last  = Signal(reset_less=True)
-        output     = Signal()
-        m.submodules.column = column_register = StreamRegister(ColumnWord(self.rows))
+        # The column that is being read from the memories, and the one that has been read, with its words in registers behind the blocks.
+        flags = dict.fromkeys(("shown", "flush", "early", "below", "end", "top", "last"), 1)
+        about = data.StructLayout({"x": x.shape(), "plus": pair, **flags})
+        reading = Signal()
+        ahead   = Signal(about, reset_less=True)
+        held    = Signal()
+        here    = Signal(about, reset_less=True)
+        word    = {name: Signal(pair, name=f"{name}_word", reset_less=True) for name in stored}
+        output  = Signal()
+        move    = Signal()
+        m.submodules.column = column_register = SkidRegister(ColumnWord(self.rows))
         wiring.connect(m, column_register.o, wiring.flipped(self.o))
         column_i = column_register.i
-        m.d.comb += output.eq(held & (column_i.ready | ~held_shown))
+        m.d.comb += [output.eq(held & (column_i.ready | ~here.shown)), move.eq(~held | output)]
 
         # A line starts only when the one before it is written back: a line of one pixel reads the word that was written last.
         can_issue = Signal()
-        m.d.comb += can_issue.eq(~held | (output & (x != 0)))
+        written = ~reading & (~held | (output & (here.x != 0)))
+        m.d.comb += can_issue.eq(Mux(at_start, written, ~reading | move))
 
         with m.If(issue):
             m.d.sync += [
-                held.eq(1), held_shown.eq(~reduce(or_, row[:-1]) | flush), held_x.eq(x), held_plus.eq(plus), held_flush.eq(flush),
-                held_below.eq(below), held_end.eq(closes_frame), held_top.eq(row[-1]), held_last.eq(x == width),
+                reading.eq(1), ahead.shown.eq(~reduce(or_, row[:-1]) | flush), ahead.x.eq(x), ahead.plus.eq(plus), ahead.flush.eq(flush),
+                ahead.early.eq(early), ahead.below.eq(below), ahead.end.eq(closes_frame), ahead.top.eq(row[-1]), ahead.last.eq(at_end),
             ]
-        with m.Elif(output):
-            m.d.sync += held.eq(0)
+        with m.Elif(move):
+            m.d.sync += reading.eq(0)
+        with m.If(move):
+            m.d.sync += [held.eq(reading), here.eq(ahead), *(word[name].eq(read[name].data) for name in stored)]
 
         # Edge replication: line 0 fills the rows above. The last line is kept in the first memory, and read again for the rows below.
-        replicate, store = held_flush, output
-        if reach > 1:
-            held_early = Signal(reset_less=True)
-            replicate, store = held_flush | held_early, output & ~held_early
-            with m.If(issue):
-                m.d.sync += held_early.eq(early)
         for name in stored:
             m.d.comb += [read[name].addr.eq(x), read[name].en.eq(issue)]
         for name, lower in zip(stored, (newest, *stored)):
-            m.d.comb += [write[name].addr.eq(held_x), write[name].en.eq(store if lower == newest else output)]
-            m.d.comb += write[name].data.eq(held_plus if lower == newest else Cat(column_i.p.left[lower], column_i.p.right[lower]))
+            m.d.comb += [write[name].addr.eq(here.x), write[name].en.eq(output & ~here.early if lower == newest else output)]
+            m.d.comb += write[name].data.eq(here.plus if lower == newest else Cat(column_i.p.left[lower], column_i.p.right[lower]))
         m.d.comb += [
-            column_i.valid.eq(held & held_shown),
-            column_i.p.first.eq(held_top & (held_x == 0)),
-            column_i.p.last.eq(held_last),
-            column_i.p.end.eq(held_last & held_end),
-            column_i.p.below.eq(held_below),
+            column_i.valid.eq(held & here.shown),
+            column_i.p.first.eq(here.top & (here.x == 0)),
+            column_i.p.last.eq(here.last),
+            column_i.p.end.eq(here.last & here.end),
+            column_i.p.below.eq(here.below),
         ]
         for column, side in ((column_i.p.left, "left"), (column_i.p.right, "right")):
-            pixel = {name: read[name].data[side] for name in stored}
             for name in stored:
-                m.d.comb += column[name].eq(Mux(held_top, pixel["line"], pixel[name]) if name.startswith("minus") else pixel[name])
-            m.d.comb += column[newest].eq(Mux(replicate, pixel[stored[0]], held_plus[side]))
+                at_top = here.top & name.startswith("minus")
+                m.d.comb += column[name].eq(Mux(at_top, word["line"][side], word[name][side]))
+            m.d.comb += column[newest].eq(Mux(here.flush | here.early, word[stored[0]][side], here.plus[side]))
 
         # Control. `expected`: a pixel without `first` is an error, as it is not the rest of a ragged frame.
         expected = Signal(init=1)
+        step = [x.eq(x + 1), at_start.eq(0), at_end.eq(x + 1 == width)]
+        restart = [x.eq(0), at_start.eq(1), at_end.eq(width == 0)]
         next_row = [row_one.eq(0), *(row[n].eq(row[n - 1]) for n in range(2, reach + 1))]
         last_lines = [*(f"last line but {n}" for n in range(reach - 1, 0, -1)), "last line"]
         with m.FSM():
             with m.State("between frames"):
                 with m.If(plus_line.valid):
                     with m.If(head.first):
-                        m.d.sync += [x.eq(0), row_zero.eq(1), row_one.eq(0)]
+                        m.d.sync += [*restart, row_zero.eq(1), row_one.eq(0)]
                         m.next = "line"
                     with m.Else():
                         m.d.comb += [plus_line.ready.eq(1), self.error.eq(expected)]
@@ -183,29 +185,29 @@ class LineStore(wiring.Component):
 
             with m.State("line"):
                 m.d.comb += plus.eq(Cat(head.left, head.right))
-                with m.If(plus_line.valid & head.first & ~((x == 0) & row_zero)):
+                with m.If(plus_line.valid & head.first & ~(at_start & row_zero)):
                     m.d.comb += self.error.eq(1)
                     with m.If(row_zero):
                         m.next = "between frames"  # nothing of this frame has been output
-                    with m.Elif(x == 0):
+                    with m.Elif(at_start):
                         m.next = last_lines[0]
                     with m.Else():
                         m.next = "pad"
                 with m.Elif(plus_line.valid & can_issue):
                     closes = head.last | head.end
                     m.d.comb += [issue.eq(1), plus_line.ready.eq(1), self.error.eq(head.end & ~head.last)]
-                    m.d.sync += [x.eq(x + 1), expected.eq(0)]
+                    m.d.sync += [*step, expected.eq(0)]
                     with m.If(row_zero):
                         with m.If(closes):
-                            m.d.sync += [x.eq(0), width.eq(x), row_zero.eq(0), row_one.eq(1)]
+                            m.d.sync += [*restart, width.eq(x), at_end.eq(at_start), row_zero.eq(0), row_one.eq(1)]
                             with m.If(head.end):
                                 m.d.sync += expected.eq(1)
                                 m.next = last_lines[0]
                         with m.Elif(x == max_width - 1):
                             m.d.comb += self.error.eq(1)
                             m.next = "between frames"
-                    with m.Elif(x == width):
-                        m.d.sync += [x.eq(0), *next_row]
+                    with m.Elif(at_end):
+                        m.d.sync += [*restart, *next_row]
                         with m.If(~closes):
                             m.d.comb += self.error.eq(1)
                             m.next = last_lines[0]
@@ -218,12 +220,12 @@ class LineStore(wiring.Component):
                         m.next = "pad"
 
             with m.State("pad"):
-                m.d.comb += plus.eq(held_plus)
+                m.d.comb += plus.eq(ahead.plus)
                 with m.If(can_issue):
                     m.d.comb += issue.eq(1)
-                    m.d.sync += x.eq(x + 1)
-                    with m.If(x == width):
-                        m.d.sync += [x.eq(0), *next_row]
+                    m.d.sync += step
+                    with m.If(at_end):
+                        m.d.sync += [*restart, *next_row]
                         m.next = last_lines[0]
 
             # A state for each line that is output after the last one was accepted, and one for each line below.
@@ -234,9 +236,9 @@ class LineStore(wiring.Component):
                     m.d.comb += [below.eq(state in lines_below), closes_frame.eq(following == "between frames")]
                     with m.If(can_issue):
                         m.d.comb += issue.eq(1)
-                        m.d.sync += x.eq(x + 1)
-                        with m.If(x == width):
-                            m.d.sync += [x.eq(0), *([] if state in lines_below else next_row)]
+                        m.d.sync += step
+                        with m.If(at_end):
+                            m.d.sync += [*restart, *([] if state in lines_below else next_row)]
                             m.next = following
         return m
 

@@ -1,4 +1,4 @@
-"""Registers and memories that delay: fixed delays, a stream's register, an output's register."""
+"""Registers and memories that delay: fixed delays, registers of a stream, an output's register."""
 
 from amaranth import *
 from amaranth.hdl import ShapeLike
@@ -7,7 +7,7 @@ from amaranth.lib.memory import Memory
 from amaranth.lib.wiring import In, Out
 
 
-__all__ = ["NO_COLLISION", "Delay", "StreamRegister", "data_register"]
+__all__ = ["NO_COLLISION", "CountedDelay", "Delay", "SkidRegister", "StreamRegister", "data_register"]
 
 
 #: Attributes of a memory that is never read where it is written in the same cycle. A synthesiser that is not told adds a bypass, twice as
@@ -22,7 +22,8 @@ class Delay(wiring.Component):
     word ahead of where it is written, and a register behind it, because a memory block's read access is slow. Before the first word ``o``
     is undefined, or zero with ``clean``, which control bits need.
 
-    Memory: ``clocks - 1`` words where the delay is longer than :attr:`LONGEST_IN_REGISTERS` cycles, unless ``registers``.
+    Memory: ``clocks - 1`` words, one less with ``clean``, where the delay is longer than :attr:`LONGEST_IN_REGISTERS` cycles, unless
+    ``registers``.
 
     Parameters
     ----------
@@ -62,7 +63,7 @@ class Delay(wiring.Component):
             m.d.comb += self.o.eq(word)
             return m
 
-        depth = self.clocks - 1
+        depth = self.clocks - 1 - self.clean
         m.submodules.memory = memory = Memory(shape=self.shape, depth=depth, init=[], attrs=NO_COLLISION)
         read_port = memory.read_port()
         write_port = memory.write_port()
@@ -76,12 +77,67 @@ class Delay(wiring.Component):
             read_port.addr.eq(read_index), read_port.en.eq(1),
             write_port.addr.eq(write_index), write_port.data.eq(self.i), write_port.en.eq(1),
         ]
-        later = Signal(self.shape, reset_less=not self.clean)
+        later = Signal(self.shape, reset_less=True)
         m.d.sync += later.eq(read_port.data)
-        if self.clean:
-            with m.If(~wrapped):
-                m.d.sync += later.eq(0)
         m.d.comb += self.o.eq(later)
+        if self.clean:
+            # Behind a register of its own: the one above can be that of the memory block.
+            written = Signal()
+            cleaned = Signal(self.shape)
+            m.d.sync += [written.eq(wrapped), cleaned.eq(Mux(written, Value.cast(later), 0))]
+            m.d.comb += self.o.eq(cleaned)
+        return m
+
+
+class CountedDelay(wiring.Component):
+    """A :class:`Delay` whose addresses derive from a counter, which several can share.
+
+    Timing: one word a cycle, always; registers up to :attr:`Delay.LONGEST_IN_REGISTERS` cycles. Before the first word ``o`` is undefined,
+    and so it is for ``clocks`` cycles after ``count`` did not advance by one.
+
+    Memory: the power of two from ``clocks - 1`` words on.
+
+    Parameters
+    ----------
+    shape : shape-like
+        Of a word.
+    clocks : int
+        Cycles, from 0.
+    count_bits : int
+        Of ``count``, at least those of ``clocks - 2``.
+
+    Members
+    -------
+    count : In(count_bits)
+        One more each cycle, modulo its range.
+    i : In(shape)
+    o : Out(shape)
+    """
+    def __init__(self, shape: ShapeLike, clocks: int, count_bits: int):
+        self.shape = shape
+        self.clocks = clocks
+        self.bits = max(clocks - 2, 0).bit_length()
+        if self.bits > count_bits:
+            raise ValueError(f"a delay of {clocks} cycles needs a counter of {self.bits} bits or more, not {count_bits!r}")
+        super().__init__({"count": In(count_bits), "i": In(shape), "o": Out(shape)})
+
+    def elaborate(self, platform: object) -> Module:
+        m = Module()
+        if self.clocks <= Delay.LONGEST_IN_REGISTERS:
+            m.submodules.registers = registers = Delay(self.shape, self.clocks)
+            m.d.comb += [registers.i.eq(self.i), self.o.eq(registers.o)]
+            return m
+        m.submodules.memory = memory = Memory(shape=self.shape, depth=1 << self.bits, init=[], attrs=NO_COLLISION)
+        read_port = memory.read_port()
+        write_port = memory.write_port()
+        # A word is read `clocks - 2` cycles after it was written, and its address computed a cycle before.
+        place = Signal(self.bits, reset_less=True)
+        later = Signal(self.shape, reset_less=True)
+        m.d.sync += [place.eq(self.count + (3 - self.clocks) % (1 << self.bits)), later.eq(read_port.data)]
+        m.d.comb += [
+            read_port.addr.eq(place), read_port.en.eq(1),
+            write_port.addr.eq(self.count), write_port.data.eq(self.i), write_port.en.eq(1), self.o.eq(later),
+        ]
         return m
 
 
@@ -106,6 +162,38 @@ class StreamRegister(wiring.Component):
         m.d.comb += self.i.ready.eq(self.o.ready | ~self.o.valid)
         with m.If(self.i.ready):
             m.d.sync += [self.o.valid.eq(self.i.valid), payload.eq(self.i.payload)]
+        return m
+
+
+class SkidRegister(wiring.Component):
+    """Pipeline register of a stream that ends the path of ``ready`` too: a second word waits where the first one stalls.
+
+    Golden: the words that were accepted, in order.
+
+    Timing: latency 1 cycle, a word a cycle; ``i.ready`` is a register.
+
+    Members
+    -------
+    i : In(stream.Signature(shape))
+    o : Out(stream.Signature(shape))
+    """
+    LATENCY = 1
+
+    def __init__(self, shape: ShapeLike):
+        super().__init__({"i": In(stream.Signature(shape)), "o": Out(stream.Signature(shape))})
+
+    def elaborate(self, platform: object) -> Module:
+        m = Module()
+        payload = data_register(m, self.o.payload)
+        waiting = Signal.like(self.i.payload, reset_less=True)
+        ready   = Signal(init=1)  # no word waits
+        m.d.comb += self.i.ready.eq(ready)
+        with m.If(ready):
+            m.d.sync += waiting.eq(self.i.payload)
+        with m.If(self.o.ready | ~self.o.valid):
+            m.d.sync += [self.o.valid.eq(self.i.valid | ~ready), payload.eq(Mux(ready, self.i.payload, waiting)), ready.eq(1)]
+        with m.Elif(self.i.valid):
+            m.d.sync += ready.eq(0)
         return m
 
 

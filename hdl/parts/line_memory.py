@@ -9,11 +9,11 @@ from amaranth.lib.wiring import In, Out
 from .delay import NO_COLLISION, data_register
 
 
-__all__ = ["LineMemory"]
+__all__ = ["BLOCK_SHAPES", "LineMemory"]
 
 
-# Words and bits of a block of 9,216 bits, in its shapes.
-_BLOCK_SHAPES = ((8192, 1), (4096, 2), (2048, 4), (1024, 9), (512, 18), (256, 36))
+#: Words and bits of a block of 9,216 bits, in its shapes, the widest last.
+BLOCK_SHAPES = ((8192, 1), (4096, 2), (2048, 4), (1024, 9), (512, 18), (256, 36))
 
 
 def blocks_of(depth: int, width: int) -> int:
@@ -24,7 +24,7 @@ def blocks_of(depth: int, width: int) -> int:
     >>> blocks_of(720, 72), blocks_of(512, 72) + blocks_of(208, 72)
     (8, 6)
     """
-    return min(-(-width // bits) for words, bits in _BLOCK_SHAPES if words >= depth) if depth else 0
+    return min(-(-width // bits) for words, bits in BLOCK_SHAPES if words >= depth) if depth else 0
 
 
 class LineMemory(wiring.Component):
@@ -55,7 +55,7 @@ class LineMemory(wiring.Component):
     def split(self) -> int:
         """Words of the first memory: all of them if a second one would not spare a block."""
         width = Shape.cast(self.shape).width
-        return min((self.depth, *(words for words, _ in _BLOCK_SHAPES if words < self.depth)),
+        return min((self.depth, *(words for words, _ in BLOCK_SHAPES if words < self.depth)),
                    key=lambda words: blocks_of(words, width) + blocks_of(self.depth - words, width))
 
     def elaborate(self, platform: object) -> Module:

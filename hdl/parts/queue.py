@@ -6,6 +6,8 @@ from amaranth.lib import stream, wiring
 from amaranth.lib.fifo import AsyncFIFO, AsyncFIFOBuffered, SyncFIFOBuffered
 from amaranth.lib.wiring import In, Out
 
+from .delay import NO_COLLISION
+
 
 __all__ = ["AsyncQueue", "Queue"]
 
@@ -50,9 +52,18 @@ class Queue(wiring.Component):
 
     def elaborate(self, platform: object) -> Module:
         m = Module()
-        m.submodules.fifo = fifo = SyncFIFOBuffered(width=Shape.cast(self.i.p.shape()).width, depth=self.depth)
+        m.submodules.fifo = fifo = _MarkedFIFO(width=Shape.cast(self.i.p.shape()).width, depth=self.depth)
         _connect(m, self, fifo)
         m.d.comb += self.level.eq(fifo.level)
+        return m
+
+
+class _MarkedFIFO(SyncFIFOBuffered):
+    """The library's FIFO; its memory needs no bypass: it is not read while it is empty and not written while it is full."""
+    def elaborate(self, platform: object) -> Module:
+        m = super().elaborate(platform)
+        if self.depth > 1:
+            m.submodules.storage.attrs.update(NO_COLLISION)
         return m
 
 

@@ -23,7 +23,7 @@ from .count import count
 from .devices import CONTROLLER, DEFAULT_DEVICE, DEVICES
 from .estimate import estimate
 from .mapping import map_cyclone3
-from .report import ESTIMATED, as_json, clock_text, show, system_table
+from .report import ESTIMATED, as_json, classes_table, clock_text, show, system_table
 
 
 __all__ = ["main"]
@@ -85,6 +85,7 @@ def _run(argv: Sequence[str] | None) -> int:
             clock = place_and_route(matcher, lambda step: status.update(f"clock: {step}, minutes"))
         rate = clock.mhz * 1e6 / matcher.frame_clocks(options.width, options.height)
         print(f"\n{clock_text(clock)}\nAt that rate: {rate:.1f} frames/s of {options.width}x{options.height}.")
+        print_table(classes_table(clock))
     if options.json:
         about = {"device": device.name, "engine": str(config.engine), "method": config.method.name,
                  "arithmetic": str(config.method.arithmetic), "method_parameters": config.method.about(),

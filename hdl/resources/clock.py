@@ -1,6 +1,7 @@
 """Clock rate of a component, placed and routed by nextpnr for an ECP5: a stand-in, because no open tool routes a Cyclone III.
 
-It begins with the Verilog that is delivered.
+It begins with the Verilog that is delivered. Between synthesis and place and route, registers behind memory blocks become those of the
+blocks, :mod:`hdl.resources.output_registers`, and memories of labels get their places, :mod:`hdl.resources.floorplan`.
 """
 
 import json
@@ -9,6 +10,7 @@ import tempfile
 from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass
+from itertools import islice
 from pathlib import Path
 from typing import Any
 
@@ -18,12 +20,15 @@ from ..emit import verilog_text
 from ..netlist import Netlist, read_netlist, set_attribute
 from .ecp5 import run_nextpnr, synthesise
 from .floorplan import floor_plan, selection_plan
+from .output_registers import absorb_output_registers
+from .paths import PathClass, path_classes
 
 
 __all__ = ["DEVICE", "Clock", "place_and_route"]
 
 
 DEVICE = "ECP5-85F, speed grade 6"
+_CLASSES = 10  # of slow paths that are reported
 _TARGET_MHZ = 120  # nextpnr optimises until it reaches a target; this one is out of reach
 
 # Suffixes of the names that Yosys derives from those of the source: type and port of the driving cell, or a number.
@@ -34,10 +39,11 @@ _ANSWERS = re.compile(r"\btransition_(\d*)$")
 
 @dataclass(frozen=True)
 class Clock:
-    """Clock rate and worst path.
+    """Clock rate and worst paths.
 
     ``path``: from register to register, the names of the source along the path, with ``logic`` and ``routing`` in ns.
     ``cells``: placed cells by type. ``soft_multipliers``: all multipliers, or the narrow ones, are tables, because the device has too few.
+    ``classes``: the slowest paths between registers, those alike together, the slowest first.
     """
     mhz: float
     path: tuple[str, ...]
@@ -45,6 +51,13 @@ class Clock:
     routing: float
     cells: dict[str, int]
     soft_multipliers: bool
+    classes: tuple[PathClass, ...] = ()
+
+    @property
+    def path_classes(self) -> list[dict[str, Any]]:
+        """The classes for the JSON document."""
+        return [{"from": found.begin, "to": found.end, "logic_ns": round(found.logic, 2), "routing_ns": round(found.routing, 2),
+                 "ends": found.ends} for found in self.classes]
 
     @property
     def worst_path(self) -> dict[str, Any]:
@@ -114,15 +127,18 @@ def place_and_route(component: Any, report: Callable[[str], None] = lambda step:
         folder = Path(temporary)
         (folder / "design.v").write_text(verilog_text(component, name=top))
         types, soft = synthesise(folder, top, report)
+        absorb_output_registers(folder / "design.json", top)
         _plan(folder / "design.json", top)
         # Relative names: the tool runs in a sandbox that sees the working folder only.
         arguments = ["--85k", "--speed", "6", "--package", "CABGA756", "--router", "router1", "--timing-allow-fail",
                      "--freq", str(_TARGET_MHZ), "--seed", str(seed),
-                     "--json", "design.json", "--report", "report.json", "--detailed-timing-report"]
+                     "--json", "design.json", "--report", "report.json", "--sdf", "delays.sdf"]
         reason = run_nextpnr(folder, arguments, folder / "nextpnr.log", report)
         if reason:
             raise UserError(f"nextpnr did not place and route the design on an {DEVICE} ({reason}); choose fewer disparities")
         text = json.loads((folder / "report.json").read_text())
+        with (folder / "delays.sdf").open() as delays:
+            classes = tuple(islice(path_classes(delays, our_name), _CLASSES))
     clock, rate = min(text["fmax"].items(), key=lambda item: item[1]["achieved"])
     path, logic, routing = _worst_path(text, clock)
-    return Clock(rate["achieved"], path, logic, routing, dict(types), soft)
+    return Clock(rate["achieved"], path, logic, routing, dict(types), soft, classes)

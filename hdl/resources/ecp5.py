@@ -32,7 +32,7 @@ synth_ecp5 {options} -top {top} -run coarse:map_ram
 {narrow}
 synth_ecp5 {options} -top {top} -run map_ram:map_ffs
 # synthesis: registers, tables
-dfflegalize -minsrst 24 -mince 24 -cell $_DFF_?_ 01 -cell $_DFF_?P?_ r -cell $_SDFF_?P?_ r -cell $_DFFE_??_ 01 {more}
+dfflegalize -minsrst 24 -mince 16 -cell $_DFF_?_ 01 -cell $_DFF_?P?_ r -cell $_SDFF_?P?_ r -cell $_DFFE_??_ 01 {more}
 opt_clean
 {tables}
 """

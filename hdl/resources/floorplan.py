@@ -34,13 +34,13 @@ def label_of(name: str) -> float | None:
 
     Examples
     --------
-    >>> [label_of(name) for name in ("engine.array.wait_7.memory.0.0", "engine.costs.group_8.low.0.1", "engine.queue.storage.0.0")]
-    [7.0, 9.5, None]
+    >>> [label_of(f"engine.{name}") for name in ("array.wait_7.memory.0.0", "costs.group_8.low.0.1", "costs.edata.memory_3.0.0", "queue.0")]
+    [7.0, 9.5, 3.5, None]
     """
     found = re.search(r"_(\d+)\.", name)
     if found is None:
         return None
-    shared = 0.0 if re.search(r"\bwait_", name) else 1.5  # a memory of several labels: its middle one
+    shared = 0.0 if re.search(r"\bwait_", name) else 0.5 if re.search(r"\bmemory_", name) else 1.5  # of several labels: the middle one
     return int(found[1]) + shared
 
 

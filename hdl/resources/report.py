@@ -16,7 +16,7 @@ from .devices import Device
 from .estimate import LOGIC_ERROR
 
 
-__all__ = ["ESTIMATED", "THESIS", "TITLES", "as_json", "clock_text", "counting", "show", "system_table", "table", "tree"]
+__all__ = ["ESTIMATED", "THESIS", "TITLES", "as_json", "classes_table", "clock_text", "counting", "show", "system_table", "table", "tree"]
 
 
 #: Table 2 of the thesis, at 720x576 and 80 disparities. It gives no number of memory blocks.
@@ -150,6 +150,18 @@ def clock_text(clock: Clock) -> str:
     return "\n".join(lines)
 
 
+def classes_table(clock: Clock) -> Table:
+    """The slowest paths between registers, a row for those whose names differ only in numbers."""
+    shown = Table(title="Slowest paths between registers, ns", title_justify="left")
+    for column in ("from", "to"):
+        shown.add_column(column, overflow="fold")
+    for column in ("logic", "routing", "together", "ends"):
+        shown.add_column(column, justify="right")
+    for found in clock.classes:
+        shown.add_row(found.begin, found.end, f"{found.logic:.2f}", f"{found.routing:.2f}", f"{found.delay:.2f}", f"{found.ends:,}")
+    return shown
+
+
 def as_json(count: Count, clock: Clock | None, about: dict[str, Any], capacity: Resources) -> dict[str, Any]:
     """The JSON document. Figures of a block exclude the blocks inside it, so that all of them add up to the total."""
     document = {
@@ -163,7 +175,8 @@ def as_json(count: Count, clock: Clock | None, about: dict[str, Any], capacity: 
         "counting": counting(count),
     }
     if clock is not None:
-        document |= {"clock_mhz": round(clock.mhz, 2), "clock_device": CLOCK_DEVICE, "worst_path": clock.worst_path}
+        document |= {"clock_mhz": round(clock.mhz, 2), "clock_device": CLOCK_DEVICE, "worst_path": clock.worst_path,
+                     "path_classes": clock.path_classes}
     return document
 
 

@@ -167,7 +167,7 @@ class RecursiveGroup(wiring.Component):
             m.d.sync += later.eq(here)
             m.d.comb += onward.eq(later)
         wave  = Signal(Wave(config, CensusWord(config)))
-        valid = [Signal(name=f"valid{stage}") for stage in range(5)]
+        valid = [Signal(name=f"valid{stage}") for stage in range(4)]
         m.d.comb += wave.valid.eq(valid[0])
         m.d.sync += Cat(valid).eq(Cat(self.i.valid, *valid))
         for name in wave.shape().members:
@@ -182,7 +182,7 @@ class RecursiveGroup(wiring.Component):
             m.d.comb += [
                 cell.left.eq(wave.left), cell.left_census.eq(wave.left_census),
                 cell.right.eq(seen["right"]), cell.right_census.eq(seen["right_census"]), cell.inside.eq(inside),
-                cell.valid1.eq(valid[1]), cell.valid4.eq(valid[4]), below.cost[n].eq(cell.cost),
+                cell.valid3.eq(valid[3]), below.cost[n].eq(cell.cost),
             ]
         own = self._add_from_below(m, below) if from_below else below.own
 

@@ -9,7 +9,7 @@ from golden.config import IN_USE_BITS, PIXEL_BITS, MatcherConfig, Recursive
 from ...parts.delay import data_register
 from ..settings import minimum_shape
 from ..stream import FLAGS, CensusWord
-from ..streaming.waves import Completion, Wave
+from ..streaming.waves import Completion, Wave, column_sums
 
 
 __all__ = ["SLOTS", "Entry", "RecursiveSource", "Step"]
@@ -172,7 +172,9 @@ class RecursiveSource(wiring.Component):
         # The wave.
         wave = self.wave
         more = {name: before[name] for name in wave.shape().members if name.startswith(("left_", "right_"))}
-        parts = {"pre": pre, "left": now.left, "right": now.right, "inside": ~pre & ~past & reached, **more}
+        for side in ("left", "right"):
+            column_sums(m, side, now[side], issue & ~flush, wave[side])
+        parts = {"pre": pre, "inside": ~pre & ~past & reached, **more}
         m.d.sync += [data_register(m, wave[field], f"wave_{field}").eq(value) for field, value in parts.items()]
         valid = Signal(name="wave_valid_now")
         m.d.comb += wave.valid.eq(valid)

@@ -8,14 +8,14 @@ from amaranth import *
 from amaranth.lib import data, wiring
 from amaranth.lib.wiring import In, Out
 
-from golden.config import PIXEL_BITS, PIXEL_MAX, MatcherConfig
+from golden.config import PIXEL_MAX, MatcherConfig
 
 from ...parts.arithmetic import add_with_carry
 from ...parts.delay import Delay, data_register
 from ..stage import CostArray
-from ..stream import Column, ColumnWord, Least
+from ..stream import ColumnWord, Least
 from .labels import TREE, LabelMemory, Queued, groups_of, least_of, seen_along
-from .waves import Issue, Pixel, Wave
+from .waves import ColumnSums, Issue, Pixel, Wave
 
 
 __all__ = ["BecArray", "BecCell", "BecGroup"]
@@ -25,8 +25,8 @@ class BecCell(wiring.Component):
     """Matching cost (2-12) of one label, ``LINEAR`` arithmetic.
 
     Nothing is halved, so the five differences follow from ``e = left(x) - right(x - d)`` of three lines: ``|2e|``, ``|e + e_above|``,
-    ``|e + e_below|``, ``|e + e(x-1)|`` and, with the next column, ``|e + e(x+1)|``. The golden model is
-    :func:`golden.matcher.cost.matching_cost`.
+    ``|e + e_below|``, ``|e + e(x-1)|`` and, with the next column, ``|e + e(x+1)|``. A column has the sums of its pixel with its neighbours,
+    so that ``e + e_above`` is one difference. The golden model is :func:`golden.matcher.cost.matching_cost`.
 
     ``cost`` is the one's complement of ``E``: outside the picture it is 0, the greatest cost, by a synchronous clear.
 
@@ -36,61 +36,47 @@ class BecCell(wiring.Component):
 
     Members
     -------
-    left, right : In(Column())
+    left, right : In(ColumnSums())
         At ``x`` and at ``x - d``.
     inside : In(1)
         The right column is inside the picture, and the label is in use.
-    valid1, valid4 : In(1)
-        Whether ``left`` was valid one and four cycles ago.
+    valid3 : In(1)
+        Whether ``left`` was valid three cycles ago.
     cost : Out(cost_bits)
         Complement of ``E``.
     cost_inside : Out(1)
         Whether it is that of a candidate inside the picture.
     """
-    LATENCY = 5
+    LATENCY = 4
 
     def __init__(self, config: MatcherConfig):
         self.config = config
         super().__init__({
-            "left": In(Column()), "right": In(Column()), "inside": In(1),
-            "valid1": In(1), "valid4": In(1),
+            "left": In(ColumnSums()), "right": In(ColumnSums()), "inside": In(1), "valid3": In(1),
             "cost": Out(config.matching_cost.bits), "cost_inside": Out(1),
         })
 
     def elaborate(self, platform: object) -> Module:
         m = Module()
 
-        # Stage 1: differences.
+        # Stage 1: differences, `centre` of pixels, the others of sums with their neighbours: e + e_above and so on.
         inside = [self.inside]
-        for stage in range(1, 5):
+        for stage in range(1, 4):
             inside.append(Signal(name=f"inside{stage}", reset_less=True))
             m.d.sync += inside[stage].eq(inside[stage - 1])
         difference = {}
-        for part in ("minus", "line", "plus"):
-            difference[part] = Signal(signed(PIXEL_BITS + 1), name=f"difference_{part}", reset_less=True)
-            m.d.sync += difference[part].eq(self.left[part] - self.right[part])
+        for name, part in (("centre", "line"), ("above", "above"), ("below", "below"), ("across", "across")):
+            difference[name] = Signal(signed(len(self.left[part]) + 1), name=f"difference_{name}", reset_less=True)
+            m.d.sync += difference[name].eq(self.left[part] - self.right[part])
 
-        # Stage 2: sums of neighbours. `centre` holds e of the latest valid column: of x - 1 for this stage, of x for the next.
-        centre     = Signal(signed(PIXEL_BITS + 1), reset_less=True)
-        above   = Signal(signed(PIXEL_BITS + 2), reset_less=True)
-        below   = Signal(signed(PIXEL_BITS + 2), reset_less=True)
-        across  = Signal(signed(PIXEL_BITS + 2), reset_less=True)
-        with m.If(self.valid1):
-            m.d.sync += centre.eq(difference["line"])
-        m.d.sync += [
-            above.eq(difference["line"] + difference["minus"]),
-            below.eq(difference["line"] + difference["plus"]),
-            across.eq(difference["line"] + centre),
-        ]
-
-        # Stage 3: signs out.
+        # Stage 2: signs out.
         sign, size = {}, {}
-        for name, value in (("centre", centre), ("above", above), ("below", below), ("across", across)):
+        for name, value in difference.items():
             sign[name] = Signal(name=f"sign_{name}", reset_less=True)
             size[name] = Signal(len(value) - 1, name=f"size_{name}", reset_less=True)
             m.d.sync += [sign[name].eq(value[-1]), size[name].eq(value[:-1] ^ value[-1].replicate(len(value) - 1))]
 
-        # Stage 4: sums, each with one sign; `side` is |e + e(x-1)| itself, as two pixels use it.
+        # Stage 3: sums, each with one sign; `side` is |e + e(x-1)| itself, as two pixels use it.
         vertical  = Signal(range(4 * PIXEL_MAX + 1), reset_less=True)
         sideways  = Signal(range(4 * PIXEL_MAX + 1), reset_less=True)
         side      = Signal(range(2 * PIXEL_MAX + 1), reset_less=True)
@@ -103,14 +89,14 @@ class BecCell(wiring.Component):
             sign_side.eq(sign["across"]), sign_last.eq(sign["below"]),
         ]
 
-        # Stage 5: this pixel's left difference completes the pixel before, which this one then replaces.
+        # Stage 4: this pixel's left difference completes the pixel before, which this one then replaces.
         total        = Signal(range(8 * PIXEL_MAX + 1), reset_less=True)
         total_sign   = Signal(reset_less=True)
         total_inside = Signal(reset_less=True)
-        with m.If(self.valid4):
+        with m.If(self.valid3):
             m.d.sync += [
                 total.eq(add_with_carry(vertical, sideways, sign_last)),
-                total_sign.eq(sign_side), total_inside.eq(inside[4]),
+                total_sign.eq(sign_side), total_inside.eq(inside[3]),
             ]
         # ~(total + side + sign) == ~total + ~side + ~sign in as many bits.
         bits = self.config.matching_cost.bits
@@ -150,7 +136,7 @@ class BecGroup(wiring.Component):
     def elaborate(self, platform: object) -> Module:
         m = Module()
         valid = [self.i.valid]
-        for stage in range(1, 5):
+        for stage in range(1, 4):
             valid.append(Signal(name=f"valid{stage}"))
             m.d.sync += valid[stage].eq(valid[stage - 1])
 
@@ -159,7 +145,7 @@ class BecGroup(wiring.Component):
             m.submodules[f"label_{label}"] = cell = BecCell(self.config)
             m.d.comb += [
                 cell.left.eq(self.i.left), cell.right.eq(seen["right"]), cell.inside.eq(inside),
-                cell.valid1.eq(valid[1]), cell.valid4.eq(valid[4]), self.cost[len(costs)].eq(cell.cost),
+                cell.valid3.eq(valid[3]), self.cost[len(costs)].eq(cell.cost),
             ]
             costs.append(cell.cost)
         least_of(m, costs, self.labels[0], self.least_i, self.least_o)

@@ -8,7 +8,7 @@ from golden.config import PIXEL_BITS, WEIGHT_BITS, MatcherConfig
 
 from ...parts.arithmetic import add_with_carry, multiply
 from ...parts.delay import Delay, data_register
-from .label_array import DownWave, UpWave, chosen_step
+from .label_array import DownWave, UpWave, vertex_rise
 
 
 __all__ = ["Cones", "Neighbours"]
@@ -34,9 +34,9 @@ class Cones(wiring.Component):
 
     Where there are supports (``size_max`` above 0) a slope is multiplied by the support's size.
 
-    ``up`` starts the cones ``w2*|d - f_up| + w3*|d - b_low| - w1*d`` at label 0, ``down`` the ramp ``2*w1*d`` at label ``D - 1``. The
-    golden models are :func:`golden.matcher.smooth.slope` and :func:`golden.matcher.smooth.cones`. A neighbour outside the picture has
-    slope 0.
+    ``up`` starts the cones ``w2*|d - f_up| + w3*|d - b_low| - w1*d + smooth_max`` at label 0, ``down`` the ramp ``2*w1*d`` at label
+    ``D - 1``. The golden models are :func:`golden.matcher.smooth.slope` and :func:`golden.matcher.smooth.cones`. A neighbour outside the
+    picture has slope 0.
 
     Width: exact but for the slopes' floor. Multipliers: none; products are sums of shifted rows.
 
@@ -62,7 +62,7 @@ class Cones(wiring.Component):
 
     @staticmethod
     def latency_of(config: MatcherConfig, size_max: int = 0) -> int:
-        """Cycles from neighbours to waves: slope, product, sums, steps, the first step."""
+        """Cycles from neighbours to waves: slope, product, sums, steps, the vertices at the first labels."""
         label_bits = (config.labels - 1).bit_length()
         return Cones.slope_latency_of(size_max) + max((label_bits - 1).bit_length(), 1) + 3
 
@@ -115,42 +115,46 @@ class Cones(wiring.Component):
         upper, lower = at_slopes.o.upper, at_slopes.o.lower
         cone_upper, cone_latency = multiply(m, "cone_upper", w2, upper)
         cone_lower, _ = multiply(m, "cone_lower", w3, lower)
-        aligned = data.StructLayout({"low": range(labels), "high": range(labels), "upper_first": 1,
+        aligned = data.StructLayout({"low": range(labels), "high": range(labels), "upper_first": 1, "lower_first": 1,
                                      "w1": slope_shape, "w2": slope_shape, "w3": slope_shape})
         m.submodules.alignment = at_cones = Delay(aligned, cone_latency)
         m.d.comb += [
-            at_cones.i.upper_first.eq(upper < lower),
+            at_cones.i.upper_first.eq(upper < lower), at_cones.i.lower_first.eq(lower < upper),
             at_cones.i.low.eq(Mux(upper < lower, upper, lower)), at_cones.i.high.eq(Mux(upper < lower, lower, upper)),
             at_cones.i.w1.eq(w1), at_cones.i.w2.eq(w2), at_cones.i.w3.eq(w3),
         ]
 
-        # Sums.
-        later    = at_cones.o
-        vertex   = Signal(data.StructLayout({"low": range(labels), "high": range(labels)}), reset_less=True)
-        cone     = Signal(range(2 * config.smooth_max + 1), reset_less=True)
-        both     = Signal(range(2 * config.rule.slope_max + 1), reset_less=True)
-        apart    = Signal(range(-config.rule.slope_max, config.rule.slope_max + 1), reset_less=True)
-        slope    = Signal(slope_shape, reset_less=True)
-        negative = Signal(range(-config.rule.slope_max, 1), reset_less=True)
+        # Sums. Vertices that coincide are one, with the slopes of both.
+        later     = at_cones.o
+        vertex    = Signal(data.StructLayout({"low": range(labels), "high": range(labels)}), reset_less=True)
+        cone      = Signal(range(2 * config.smooth_max + 1), reset_less=True)
+        both      = Signal(range(2 * config.rule.slope_max + 1), reset_less=True)
+        low_rise  = Signal.like(both, reset_less=True)
+        high_rise = Signal(slope_shape, reset_less=True)
+        slope     = Signal(slope_shape, reset_less=True)
+        negative  = Signal(range(-config.rule.slope_max, 1), reset_less=True)
         m.d.sync += [
             vertex.low.eq(later.low), vertex.high.eq(later.high), cone.eq(cone_upper + cone_lower),
             both.eq(later.w2 + later.w3), slope.eq(later.w1), negative.eq(-later.w1),
-            apart.eq(Mux(later.upper_first, later.w2, later.w3) - Mux(later.upper_first, later.w3, later.w2)),
+            low_rise.eq(Mux(later.lower_first, 0, later.w2) + Mux(later.upper_first, 0, later.w3)),
+            high_rise.eq(Mux(later.upper_first, later.w3, later.w2)),
         ]
 
-        # Steps.
+        # Steps; `rise` is that at label 0.
         steps = Signal(UpWave(config), reset_less=True)
         m.submodules.down_step = down_step = Delay(self.down.step.shape(), 2)
+        first  = Signal(data.StructLayout({"low": 1, "high": 1}), reset_less=True)  # label 1 is a vertex
         m.d.sync += [
-            steps.cone.eq(cone), steps.low.eq(vertex.low), steps.high.eq(vertex.high),
-            steps.below_low.eq(vertex.low != 0), steps.below_high.eq(vertex.high != 0),
-            steps.falling.eq(negative - both), steps.between.eq(apart - slope), steps.rising.eq(both - slope),
+            steps.cone.eq(cone + config.smooth_max), steps.low.eq(vertex.low), steps.high.eq(vertex.high),
+            steps.step.eq(negative - both), steps.rise.eq(Mux(vertex.low == 0, low_rise, 0)),
+            steps.low_rise.eq(low_rise), steps.high_rise.eq(high_rise), first.low.eq(vertex.low == 1), first.high.eq(vertex.high == 1),
+            steps.at_low.eq(vertex.low == 2 if labels > 2 else 0), steps.at_high.eq(vertex.high == 2 if labels > 2 else 0),
         ]
         m.d.comb += [down_step.i.eq(slope << 1), self.down.step.eq(down_step.o)]
 
-        # The step from label 0.
+        # The step from label 0, and its rise at label 1. The upper vertex is at label 0 only where both are.
         up = data_register(m, self.up)
-        m.d.sync += [up.eq(steps), up.step.eq(chosen_step(steps, steps.below_low, steps.below_high))]
+        m.d.sync += [up.eq(steps), up.step.eq(steps.step + (steps.rise << 1)), up.rise.eq(vertex_rise(steps, first.low, first.high))]
 
         # The ramp at label D-1.
         ramp, ramp_latency = multiply(m, "ramp", w1, Const(2 * (labels - 1)))

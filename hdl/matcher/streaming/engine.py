@@ -8,7 +8,7 @@ from amaranth.lib.wiring import In, Out
 from golden.config import PIXEL_BITS, MatcherConfig
 
 from ...parts.arithmetic import choose
-from ...parts.delay import Delay, StreamRegister
+from ...parts.delay import NO_COLLISION, Delay, SkidRegister, StreamRegister
 from ...parts.queue import Queue
 from ..lines import LineStore
 from ..settings import setting_shape
@@ -24,9 +24,9 @@ __all__ = ["StreamingEngine"]
 
 
 # Pixels in flight between source and admission beyond those inside the array: in the registers of the source's decision (2), of the
-# source (1), of the queue (2) and of its head (1), and those that keep the labelling busy while the source issues the padding cycles of a
+# source (1), of the queue (2) and of its head (2), and those that keep the labelling busy while the source issues the padding cycles of a
 # line, twice, around a decision that is made two pixels early. Too few would cost cycles, never a wrong disparity.
-QUEUE_MARGIN = 13
+QUEUE_MARGIN = 14
 
 # Likewise for the output: registers of the admission's decision, of the selection and of the queue.
 OUTPUT_MARGIN = 9
@@ -129,7 +129,8 @@ class StreamingEngine(wiring.Component):
     def latency(self) -> int:
         """Cycles from the issue of the last pixel that a disparity depends on to the disparity at ``o``, if nothing stalls."""
         labelling = self.selection_latency + self.label_output.latency
-        return 1 + self.costs_latency + 2 + StreamRegister.LATENCY + labelling + 2 + StreamRegister.LATENCY * self.registered
+        queue = 2 + StreamRegister.LATENCY + SkidRegister.LATENCY
+        return 1 + self.costs_latency + queue + labelling + 2 + StreamRegister.LATENCY * self.registered
 
     def latency_clocks(self, lines: int, line_clocks: int) -> int:
         """Bound of a disparity's latency beyond ``lines`` lines of a pixel a cycle, in cycles, behind a line store.
@@ -168,8 +169,10 @@ class StreamingEngine(wiring.Component):
 
         # Queue.
         m.submodules.queue = queue = Queue(Queued(config), self.queue_depth + 2)
-        m.submodules.head = head_register = StreamRegister(Queued(config))
-        wiring.connect(m, queue.o, head_register.i)
+        m.submodules.queue_register = queue_register = StreamRegister(Queued(config))  # the memory block's own
+        m.submodules.head = head_register = SkidRegister(Queued(config))
+        wiring.connect(m, queue.o, queue_register.i)
+        wiring.connect(m, queue_register.o, head_register.i)
         head = head_register.o.p
         admit = Signal()
         m.d.comb += [queue.i.payload.eq(costs.queued), queue.i.valid.eq(costs.queued_valid), head_register.o.ready.eq(admit)]
@@ -191,35 +194,42 @@ class StreamingEngine(wiring.Component):
         # one, because the width may change there.
         room     = Signal()  # in the output FIFO
         above    = Signal()  # the disparity above the next pixel is known
-        still_inside = Signal.like(inside)
-        m.d.comb += [
-            admit.eq(head_register.o.valid & room & (~head.pixel.has_upper | above)),
-            still_inside.eq(inside + admit - chosen),
-        ]
+        m.d.comb += admit.eq(head_register.o.valid & room & (~head.pixel.has_upper | above))
+        # Whether as many as `inside + admit - chosen` are no more than a line: compared for each of its values, while `admit` is decided.
+        fewer, same, more = (Signal(name=f"inside_{name}") for name in ("fewer", "same", "more"))
+        m.d.comb += [fewer.eq(inside <= width + 1), same.eq(inside <= width), more.eq(inside < width)]
+        as_decided = Mux(admit, Mux(chosen, same, more), Mux(chosen, fewer, same))
         m.d.sync += [
-            inside.eq(still_inside), unread.eq(unread + admit - accepted),
-            room.eq(unread < self.output_depth - 1), above.eq((still_inside <= width) & ~(admit & head.pixel.last)),
+            inside.eq(inside + admit - chosen), unread.eq(unread + admit - accepted),
+            room.eq(unread < self.output_depth - 1), above.eq(as_decided & ~(admit & head.pixel.last)),
         ]
         with m.If(admit):
             m.d.sync += x.eq(x + 1)
             with m.If(head.pixel.last):
                 m.d.sync += [x.eq(0), width.eq(x)]
 
-        m.submodules.upper_pixels = upper_pixels = Memory(shape=PIXEL_BITS, depth=config.max_width, init=[])
+        admitted = Signal(Queued(config), reset_less=True)
+        m.submodules.upper_pixels = upper_pixels = Memory(
+            shape=PIXEL_BITS, depth=config.max_width, init=[], attrs=NO_COLLISION)
         upper_read = upper_pixels.read_port()
         upper_write = upper_pixels.write_port()
-        m.submodules.result_memory = result_memory = Memory(shape=range(labels), depth=config.max_width, init=[])
+        m.submodules.result_memory = result_memory = Memory(
+            shape=range(labels), depth=config.max_width, init=[], attrs=NO_COLLISION)
         result_read = result_memory.read_port()
         result_write = result_memory.write_port()
+        # Read in every cycle, for the pixel that is admitted next. Neither is then read where it is written: no pixel is admitted right
+        # behind the last one of its line, and a disparity is known above a pixel from the cycle after its writing on.
+        admitted_x = Signal.like(x, reset_less=True)
+        begun = Signal()  # a pixel was admitted in the cycle before
+        m.d.sync += [admitted_x.eq(x), begun.eq(admit)]
         m.d.comb += [
-            upper_read.addr.eq(x), upper_read.en.eq(admit),
-            upper_write.addr.eq(x), upper_write.en.eq(admit), upper_write.data.eq(head.pixel.pixel),
-            result_read.addr.eq(x), result_read.en.eq(admit),
+            upper_read.addr.eq(x), upper_read.en.eq(1),
+            upper_write.addr.eq(admitted_x), upper_write.en.eq(begun), upper_write.data.eq(admitted.pixel.pixel),
+            result_read.addr.eq(x), result_read.en.eq(1),
         ]
 
         # The pixel with its neighbours, and the waves that it starts along the labels.
         m.submodules.cones = cones = Cones(config, self.size_max)
-        admitted = Signal(Queued(config), reset_less=True)
         has_left = Signal(reset_less=True)
         left     = Signal(PIXEL_BITS, reset_less=True)
         sampled  = Signal(cones.weights.shape(), reset_less=True)

@@ -12,13 +12,13 @@ from golden.config import Fused, MatcherConfig
 
 from ...parts.delay import NO_COLLISION, Delay, data_register
 from ..stage import CostArray
-from ..stream import CensusWord, Column, Least
+from ..stream import CensusWord, Least
 from .bec_array import BecCell
 from .labels import TREE, LabelMemory, Queued, groups_of, least_of, seen_along
 from .right_view import RightCell, RightWave
 from .support import Ends, SumWave, SupportSource
 from .vertical import VerticalSupport
-from .waves import Issue, Pixel, VerticalWave, Wave
+from .waves import ColumnSums, Issue, Pixel, VerticalWave, Wave
 
 
 __all__ = ["FusedArray", "FusedCell", "FusedGroup"]
@@ -66,14 +66,14 @@ class FusedCell(wiring.Component):
 
     Members
     -------
-    left, right : In(Column())
+    left, right : In(ColumnSums())
         At ``x`` and at ``x - d``.
     left_census, right_census : In(census bits)
         At ``x - 1`` and at ``x - 1 - d``.
     inside : In(1)
         The right column is inside the picture, and the label is in use.
-    valid1, valid4 : In(1)
-        Whether ``left`` was valid one and four cycles ago.
+    valid3 : In(1)
+        Whether ``left`` was valid three cycles ago.
     cost : Out(range(cost_max + 1))
     """
     LATENCY = BecCell.LATENCY + 2
@@ -82,8 +82,8 @@ class FusedCell(wiring.Component):
         self.config = config
         bits = config.refined.cost.neighbours
         super().__init__({
-            "left": In(Column()), "right": In(Column()), "left_census": In(bits), "right_census": In(bits), "inside": In(1),
-            "valid1": In(1), "valid4": In(1),
+            "left": In(ColumnSums()), "right": In(ColumnSums()), "left_census": In(bits), "right_census": In(bits), "inside": In(1),
+            "valid3": In(1),
             "cost": Out(range(config.refined.cost.maximum + 1)),
         })
 
@@ -93,14 +93,15 @@ class FusedCell(wiring.Component):
         m.submodules.matching_cost = matching_cost = BecCell(self.config)
         m.d.comb += [
             matching_cost.left.eq(self.left), matching_cost.right.eq(self.right), matching_cost.inside.eq(self.inside),
-            matching_cost.valid1.eq(self.valid1), matching_cost.valid4.eq(self.valid4),
+            matching_cost.valid3.eq(self.valid3),
         ]
 
-        # Stages 1 to 4: the Hamming distance; first of pairs of bits, which fit a table of four inputs, then two sums a stage.
+        # Stages 1 to 3: the Hamming distance; first of pairs of bits, which fit a table of four inputs as their sums do, then two sums a
+        # stage.
         bits = range(0, parameters.neighbours, 2)
         differ = self.left_census ^ self.right_census
         counts = [differ[n] + differ[n + 1] if n + 1 < parameters.neighbours else differ[n] for n in bits]
-        for stage, levels in enumerate((0, 2, 2, 2), 1):
+        for stage, levels in enumerate((1, 2, 2), 1):
             for _ in range(levels):
                 counts = [counts[n] + counts[n + 1] if n + 1 < len(counts) else counts[n] for n in range(0, len(counts), 2)]
             registers = [Signal.like(Value.cast(count), name=f"differ_{stage}_{n}", reset_less=True) for n, count in enumerate(counts)]
@@ -108,7 +109,7 @@ class FusedCell(wiring.Component):
             counts = registers
         distance, = counts or [Const(0, 1)]
 
-        # Stages 5 and 6: its weight, 0 outside the picture.
+        # Stages 4 and 5: its weight, 0 outside the picture.
         terms = [(sign, distance << shift) for sign, shift in signed_digits(parameters.census_weight)][::-1]
         pairs = []
         for n in range(0, len(terms), 2):
@@ -120,7 +121,7 @@ class FusedCell(wiring.Component):
         with m.If(~matching_cost.cost_inside):
             m.d.sync += weighted.eq(0)
 
-        # Stage 6: the first term; outside the picture `cost_outside`.
+        # Stage 5: the first term; outside the picture `cost_outside`.
         energy = (~matching_cost.cost).as_unsigned()[:len(matching_cost.cost)]
         outside = Const(parameters.cost_outside << parameters.cost_shift)
         counted = [(sign, energy << shift) for sign, shift in signed_digits(parameters.cost_factor)]
@@ -133,7 +134,7 @@ class FusedCell(wiring.Component):
         with m.Else():
             m.d.sync += first.eq(_sum(counted))
 
-        # Stage 7: both.
+        # Stage 6: both.
         total: Value = (first + weighted) >> parameters.cost_shift
         if parameters.cap < parameters.inside_max:
             total = Mux(total > parameters.cap, parameters.cap, total)
@@ -194,7 +195,7 @@ class FusedGroup(wiring.Component):
         m = Module()
         config, bits = self.config, self.config.data_bits
         valid = [self.i.valid]
-        for stage in range(1, 5):
+        for stage in range(1, 4):
             valid.append(Signal(name=f"valid{stage}"))
             m.d.sync += valid[stage].eq(valid[stage - 1])
 
@@ -204,7 +205,7 @@ class FusedGroup(wiring.Component):
             m.d.comb += [
                 cell.left.eq(self.i.left), cell.left_census.eq(self.i.left_census),
                 cell.right.eq(seen["right"]), cell.right_census.eq(seen["right_census"]), cell.inside.eq(inside),
-                cell.valid1.eq(valid[1]), cell.valid4.eq(valid[4]),
+                cell.valid3.eq(valid[3]),
             ]
             costs.append(cell.cost)
         if config.method_as(Fused).vertical:

@@ -3,49 +3,64 @@
 It is laid out as the arrays of costs, see :mod:`hdl.matcher.streaming.bec_array`.
 """
 
+from itertools import pairwise
+
 from amaranth import *
 from amaranth.lib import data, wiring
 from amaranth.lib.wiring import In, Out
 
 from golden.config import MatcherConfig
 
-from ...parts.delay import Delay, data_register
+from ...parts.delay import CountedDelay, Delay, data_register
 from ..stream import Least
 
 
-__all__ = ["DownCell", "DownWave", "LabelArray", "UpCell", "UpWave", "chosen_step"]
+__all__ = ["DownCell", "DownWave", "LabelArray", "UpCell", "UpWave", "vertex_rise"]
 
 
 class UpWave(data.StructLayout):
-    """The cones of a pixel in the upward pass: their value at this label, their vertices, their steps from label to label.
+    """The cones of a pixel in the upward pass: their value at this label, their step to the next one, and how it changes at their vertices.
 
-    ``cone`` at label ``d`` is ``w2*|d - f_up| + w3*|d - b_low| - w1*d``. The step to the next label is ``falling`` below both vertices,
-    ``between`` from the lower vertex on, ``rising`` from the upper one on. It is chosen a label ahead: ``step`` is the one from this label,
-    ``below_low`` and ``below_high`` tell whether this label is below the vertices.
+    ``cone`` at label ``d`` is ``w2*|d - f_up| + w3*|d - b_low| - w1*d``, plus ``smooth_max``, so that it is never negative and energies
+    compare as unsigned numbers. ``step`` leads to the next label. It becomes ``2 * low_rise`` greater at the lower vertex, ``low``, and
+    ``2 * high_rise`` at the upper one, ``high``; where they coincide ``low_rise`` is that of both.
+
+    Prepared ahead: ``rise`` is half of what the next label's step is greater by; ``at_low`` and ``at_high`` tell whether the label after
+    the next one is a vertex.
     """
     def __init__(self, config: MatcherConfig):
         slope = config.rule.slope_max
         super().__init__({
-            "cone": range(-config.smooth_max, 2 * config.smooth_max + 1),
-            "falling": range(-3 * slope, 1),
-            "between": range(-2 * slope, slope + 1),
-            "rising": range(-slope, 2 * slope + 1),
+            "cone": range(3 * config.smooth_max + 1),
+            "step": range(-3 * slope, 2 * slope + 1),
+            "rise": range(2 * slope + 1),
+            "low_rise": range(2 * slope + 1),
+            "high_rise": range(slope + 1),
             "low": range(config.labels),
             "high": range(config.labels),
-            "below_low": 1,
-            "below_high": 1,
-            "step": range(-3 * slope, 2 * slope + 1),
+            "at_low": 1,
+            "at_high": 1,
         })
 
 
-def chosen_step(wave: data.View, below_low: Value, below_high: Value) -> Value:
-    """Step of the cones from a label to the next one."""
-    return Mux(below_low, wave.falling, Mux(below_high, wave.between, wave.rising))
+def vertex_rise(wave: data.View, at_low: Value, at_high: Value) -> Value:
+    """Half of what the step becomes greater by at a label that is, or is not, a vertex."""
+    return Mux(at_low, wave.low_rise, Mux(at_high, wave.high_rise, 0))
 
 
-def up_values(config: MatcherConfig) -> range:
-    """Range of an energy in the upward pass: data term and cones, less ``w1 * d``."""
-    return range(-config.smooth_max, (config.method.data_max << config.rule.energy_shift) + 2 * config.smooth_max + 1)
+def _is_label(value: Value, label: int, config: MatcherConfig) -> Value:
+    """Whether ``value`` is this label; it is never one that does not exist."""
+    return Value.cast(value == label) if label < config.labels else Const(0)
+
+
+def up_bits(config: MatcherConfig) -> int:
+    """Bits of an energy in the upward pass: data term and cones, less ``w1 * d``, plus ``smooth_max``; at most ``energy_max``."""
+    return config.energy_bits
+
+
+def down_bits(config: MatcherConfig) -> int:
+    """Bits of an energy in the downward pass: an energy with ``p = 0``, plus ``smooth_max``."""
+    return (config.energy_max + config.smooth_max).bit_length()
 
 
 class UpCell(wiring.Component):
@@ -54,23 +69,24 @@ class UpCell(wiring.Component):
     ``A(d) = (E << q) + w2*|d - f_up| + w3*|d - b_low|``, where ``E`` is the data term: a matching cost or, with supports, a sum ``S``. All
     energies are kept less ``w1 * d``, so that the recursion is a comparison and a choice, ``G(d) = min(A(d) - w1*d, G(d-1))``.
 
-    Width: exact, :func:`up_values`.
+    Width: exact, :func:`up_bits`.
 
-    Timing: ``least_o`` 2 cycles after ``i``, ``least_i`` 1 cycle after ``i``; ``o`` follows ``i`` by a cycle.
+    Timing: ``least_o`` 2 cycles after ``i``, ``least_i`` 1 cycle after ``i``, the index of either a cycle after its value, so that a
+    comparison drives the value alone; ``o`` follows ``i`` by a cycle.
 
     Members
     -------
     i : In(UpWave(config)), o : Out(UpWave(config))
     cost : In(data_bits)
         Complement of the data term, in the cycle of ``i``.
-    least_i, least_o : Least(up_values(config), D)
+    least_i, least_o : Least(up_bits(config), D)
     """
     LATENCY = 2
 
     def __init__(self, config: MatcherConfig, label: int):
         self.config = config
         self.label = label
-        least = Least(up_values(config), config.labels)
+        least = Least(up_bits(config), config.labels)
         super().__init__({
             "i": In(UpWave(config)), "o": Out(UpWave(config)),
             "cost": In(config.data_bits),
@@ -80,24 +96,26 @@ class UpCell(wiring.Component):
     def elaborate(self, platform: object) -> Module:
         m = Module()
         # Stage 1: the cones at the next label, and their step from there; this label's energy.
-        below_low = self.i.below_low & (self.i.low != self.label + 1)
-        below_high = self.i.below_high & (self.i.high != self.label + 1)
-        energy = Signal(up_values(self.config), reset_less=True)
-        o, least_o = data_register(m, self.o), data_register(m, self.least_o)
+        energy = Signal(up_bits(self.config), reset_less=True)
+        i, o, least_o = self.i, data_register(m, self.o), data_register(m, self.least_o)
+        ahead = self.label + 3  # the label after the next one, seen from the next one
         m.d.sync += [
-            o.eq(self.i), o.cone.eq(self.i.cone + self.i.step),
-            o.below_low.eq(below_low), o.below_high.eq(below_high), o.step.eq(chosen_step(self.i, below_low, below_high)),
+            o.eq(i), o.cone.eq(i.cone + i.step), o.step.eq(i.step + (i.rise << 1)), o.rise.eq(vertex_rise(i, i.at_low, i.at_high)),
+            o.at_low.eq(_is_label(i.low, ahead, self.config)), o.at_high.eq(_is_label(i.high, ahead, self.config)),
         ]
-        m.d.sync += energy.eq(((~self.cost).as_unsigned()[:len(self.cost)] << self.config.rule.energy_shift) + self.i.cone)
+        m.d.sync += energy.eq(((~self.cost).as_unsigned()[:len(self.cost)] << self.config.rule.energy_shift) + i.cone)
 
-        # Stage 2: the recursion.
+        # Stage 2: the recursion. Stage 3: its index.
         if self.label == 0:
             m.d.sync += [least_o.value.eq(energy), least_o.index.eq(0)]
         else:
-            with m.If(self.least_i.value <= energy):
-                m.d.sync += least_o.eq(self.least_i)
-            with m.Else():
-                m.d.sync += [least_o.value.eq(energy), least_o.index.eq(self.label)]
+            here  = Signal()
+            chose = Signal(reset_less=True)
+            m.d.comb += here.eq(energy < self.least_i.value)
+            m.d.sync += [
+                least_o.value.eq(Mux(here, energy, self.least_i.value)),
+                chose.eq(here), least_o.index.eq(Mux(chose, self.label, self.least_i.index)),
+            ]
         return m
 
 
@@ -113,46 +131,50 @@ class DownCell(wiring.Component):
     Its label is ``T(d)``, the result if the left neighbour's disparity is ``d``. All energies are kept plus ``w1 * d``: ``H(d) = min(G(d) +
     2*w1*d, H(d+1))``.
 
-    Width: exact; ``H`` is an energy with ``p = 0``: ``config.energy_bits``.
+    Width: exact, :func:`down_bits`.
 
-    Timing: ``least_o`` 2 cycles after ``i``, ``least_i`` 1 cycle after ``i``; ``o`` follows ``i`` by a cycle.
+    Timing: ``least_o`` 2 cycles after ``i``, ``least_i`` 1 cycle after ``i``, the index of either, and of ``up``, a cycle after its value;
+    ``o`` follows ``i`` by a cycle.
 
     Members
     -------
     i : In(DownWave(config)), o : Out(DownWave(config))
-    up : In(Least(up_values(config), D))
+    up : In(Least(up_bits(config), D))
         Of the upward pass, in the cycle of ``i``.
-    least_i, least_o : Least(energy_bits, D)
+    least_i, least_o : Least(down_bits(config), D)
     """
     LATENCY = 2
 
     def __init__(self, config: MatcherConfig, label: int):
         self.config = config
         self.label = label
-        least = Least(config.energy_bits, config.labels)
+        least = Least(down_bits(config), config.labels)
         super().__init__({
             "i": In(DownWave(config)), "o": Out(DownWave(config)),
-            "up": In(Least(up_values(config), config.labels)),
+            "up": In(Least(up_bits(config), config.labels)),
             "least_i": In(least), "least_o": Out(least),
         })
 
     def elaborate(self, platform: object) -> Module:
         m = Module()
         # Stage 1.
-        here = Signal(Least(self.config.energy_bits, self.config.labels), reset_less=True)
+        here = Signal(Least(down_bits(self.config), self.config.labels), reset_less=True)
         o, least_o = data_register(m, self.o), data_register(m, self.least_o)
         m.d.sync += [
             o.step.eq(self.i.step), o.ramp.eq(self.i.ramp - self.i.step),
             here.value.eq(self.up.value + self.i.ramp), here.index.eq(self.up.index),
         ]
-        # Stage 2: the recursion.
+        # Stage 2: the recursion. Stage 3: its index.
         if self.label == self.config.labels - 1:
             m.d.sync += least_o.eq(here)
         else:
-            with m.If(self.least_i.value < here.value):
-                m.d.sync += least_o.eq(self.least_i)
-            with m.Else():
-                m.d.sync += least_o.eq(here)
+            above = Signal()
+            chose = Signal(reset_less=True)
+            m.d.comb += above.eq(self.least_i.value < here.value)
+            m.d.sync += [
+                least_o.value.eq(Mux(above, self.least_i.value, here.value)),
+                chose.eq(above), least_o.index.eq(Mux(chose, self.least_i.index, here.index)),
+            ]
         return m
 
 
@@ -176,9 +198,9 @@ class LabelArray(wiring.Component):
         Complements; label ``d`` is read ``d`` cycles after ``up``.
     transition : Out(ArrayLayout(range(D), D))
     """
-    #: Labels whose results are delayed in one memory.
+    #: Labels whose results are delayed in one memory, and whose delays share a register of the counter.
     LABELS_PER_MEMORY = 5
-    #: Registers on the routes from the memories, spread over a device, to the one multiplexer of all results.
+    #: Registers on the routes from the memories, spread over a device, to the one multiplexer of all results, and one more in front of it.
     HOPS = 2
 
     def __init__(self, config: MatcherConfig):
@@ -193,9 +215,9 @@ class LabelArray(wiring.Component):
 
     @property
     def latency(self) -> int:
-        """Cycles from ``up`` to ``transition``."""
+        """Cycles from ``up`` to ``transition``: both passes, the index behind its value, the registers in front of the multiplexer."""
         turn = self.config.labels - 1 + UpCell.LATENCY
-        return turn + self.config.labels - 1 + DownCell.LATENCY + 1 + self.HOPS
+        return turn + self.config.labels - 1 + DownCell.LATENCY + 1 + 1 + self.HOPS
 
     def elaborate(self, platform: object) -> Module:
         m = Module()
@@ -214,6 +236,11 @@ class LabelArray(wiring.Component):
             wave, least = cell.o, cell.least_o
             ups.append(least)
 
+        # A counter for the addresses of all delays in memory, passed along the labels: each delay may have any phase of it.
+        count_bits = max(2 * labels - 4, 1).bit_length()
+        counts = [Signal(count_bits, name=f"count_{low}", reset_less=True) for low in range(0, labels, self.LABELS_PER_MEMORY)]
+        m.d.sync += [counts[0].eq(counts[0] + 1), *(above.eq(below) for below, above in pairwise(counts))]
+
         # Down. The top label's upward result is used at once, that of each label below two cycles later: one of each pass.
         m.submodules.down_delay = down_delay = Delay(DownWave(config), labels - 1 + UpCell.LATENCY)
         m.d.comb += down_delay.i.eq(self.down)
@@ -222,27 +249,25 @@ class LabelArray(wiring.Component):
         for label in reversed(range(labels)):
             cell = DownCell(config, label)
             m.submodules[f"down_{label}"] = cell
-            m.submodules[f"wait_{label}"] = wait = Delay(ups[label].shape(), 2 * (labels - 1 - label))
-            m.d.comb += [wait.i.eq(ups[label]), cell.up.eq(wait.o), cell.i.eq(wave)]
+            m.submodules[f"wait_{label}"] = wait = CountedDelay(ups[label].shape(), 2 * (labels - 1 - label), count_bits)
+            m.d.comb += [wait.count.eq(counts[label // self.LABELS_PER_MEMORY]), wait.i.eq(ups[label]), cell.up.eq(wait.o), cell.i.eq(wave)]
             if least is not None:
                 m.d.comb += cell.least_i.eq(least)
             wave, least = cell.o, cell.least_o
             results[label] = least.index
 
-        together = Signal.like(self.transition)
-        transition = together
-        for hop in range(self.HOPS + 1):
-            later = Signal.like(self.transition, name=f"transition_{hop}", reset_less=True)
-            m.d.sync += later.eq(transition)
-            transition = later
-        m.d.comb += self.transition.eq(transition)
-        # Alignment. Label 0 is last; the others of a group are delayed up to its lowest by registers, the group up to label 0 by a memory.
+        # Alignment. Label 0 is last. The others of a group are delayed by a memory up to its lowest, and by registers from there: as many
+        # more as a label is above that one. These are on the way from the memory to the multiplexer.
+        last = Signal.like(self.transition, name=f"transition_{self.HOPS}", reset_less=True)
+        m.d.comb += self.transition.eq(last)
         for low in range(0, labels, self.LABELS_PER_MEMORY):
             group = range(low, min(low + self.LABELS_PER_MEMORY, labels))
+            in_memory = low + 1 if low else 0
             shape = data.ArrayLayout(range(labels), len(group))
-            m.submodules[f"align_{low}"] = align = Delay(shape, low)
+            m.submodules[f"align_{low}"] = align = CountedDelay(shape, in_memory, count_bits)
+            m.d.comb += align.count.eq(counts[low // self.LABELS_PER_MEMORY])
             for label in group:
-                m.submodules[f"align_{low}_{label}"] = skew = Delay(range(labels), label - low)
-                m.d.comb += [skew.i.eq(results[label]), align.i[label - low].eq(skew.o)]
-                m.d.comb += together[label].eq(align.o[label - low])
+                m.submodules[f"align_{low}_{label}"] = hops = Delay(range(labels), label + self.HOPS - in_memory, registers=True)
+                m.d.comb += [align.i[label - low].eq(results[label]), hops.i.eq(align.o[label - low])]
+                m.d.sync += last[label].eq(hops.o)
         return m

@@ -9,14 +9,15 @@ from amaranth.lib.wiring import In, Out
 
 from golden.config import MatcherConfig
 
-from ...parts.delay import NO_COLLISION, Delay, data_register
+from ...parts.delay import NO_COLLISION, data_register
+from ...parts.line_memory import BLOCK_SHAPES
 from .waves import Pixel
 
 
-__all__ = ["LABELS_PER_GROUP", "TREE", "LabelMemory", "Queued", "groups_of", "least_of", "seen_along", "tree_of"]
+__all__ = ["LABELS_PER_GROUP", "TREE", "LabelMemory", "Queued", "groups_of", "least_of", "seen_along", "tree_of", "word_bits"]
 
 
-#: Labels that work in the same cycle, and share a word of a line memory.
+#: Labels that work in the same cycle.
 LABELS_PER_GROUP = 4
 
 
@@ -117,13 +118,30 @@ class Queued(data.StructLayout):
         super().__init__({"pixel": Pixel(), "local": range(config.labels)})
 
 
+def word_bits(depth: int) -> int:
+    """Bits of the words of a line memory of ``depth`` words: those of two memory blocks of 9 kbit side by side, or of one of 18 kbit.
+
+    Wider ones need more registers for the labels that are read with their word's first one.
+
+    Examples
+    --------
+    >>> word_bits(256), word_bits(834), word_bits(2034)
+    (36, 18, 8)
+    """
+    of_block = max((bits for words, bits in BLOCK_SHAPES if words >= depth), default=1)
+    return min(2 * of_block, 36)
+
+
 class LabelMemory(wiring.Component):
     """A line of data terms: written group by group of labels, read label by label.
+
+    The bits of all labels, one label behind the other, are cut into words of whole memory blocks: the word of a memory begins within a
+    label and ends within the same or a later one. It is read as its first label is due, and written with its last one.
 
     Timing: ``words`` of a group are due a cycle after those of the group below it, those of label 0 with ``write``. What was written
     ``n``-th is read at ``address`` ``n % depth``; that of label ``d`` is at ``o[d]`` ``d + 2`` cycles after ``address``.
 
-    Memory: ``D * depth`` words; a word of a memory holds those of a group.
+    Memory: ``D * depth`` words.
 
     Members
     -------
@@ -140,39 +158,67 @@ class LabelMemory(wiring.Component):
 
     @staticmethod
     def skew_of(config: MatcherConfig) -> int:
-        """Cycles by which the top group's reading is later than that of label 0, beyond those of its writing."""
-        *below, top = groups_of(config)
-        return top[0] - len(below)
+        """Cycles by which the top label's reading is later than that of label 0, beyond those of its writing."""
+        return config.labels - len(groups_of(config))
+
+    def parts(self) -> dict[int, list[tuple[int, range]]]:
+        """The memories: the first label of each to the labels in a word of it, from the lowest bit on, each with the bits of it."""
+        bits, labels = self.config.data_bits, self.config.labels
+        width = word_bits(self.depth)
+        found: dict[int, list[tuple[int, range]]] = {}
+        for low in range(0, labels * bits, width):
+            high = min(low + width, labels * bits)
+            first, last = low // bits, (high - 1) // bits
+            found.setdefault(first, []).extend(
+                (label, range(max(low - label * bits, 0), min(high - label * bits, bits))) for label in range(first, last + 1))
+        return found
 
     def elaborate(self, platform: object) -> Module:
         m = Module()
-        bits, depth = self.config.data_bits, self.depth
+        depth = self.depth
+        group_of = [number for number, labels in enumerate(groups_of(self.config)) for _ in labels]
 
-        # The address of the next words, passed from group to group as the waves are.
+        # The address of the next words, passed from group to group as the waves are; that of the words read, from label to label.
         place = Signal(range(depth))
         with m.If(self.write):
             m.d.sync += place.eq(Mux(place == depth - 1, 0, place + 1))
-        write, write_place, read_place = self.write, place, self.address
-        for labels in groups_of(self.config):
-            if labels[0]:
-                later       = Signal(name=f"write_{labels[0]}")
-                later_place = Signal(range(depth), name=f"write_place_{labels[0]}", reset_less=True)
-                m.d.sync += [later.eq(write), later_place.eq(write_place)]
-                write, write_place = later, later_place
-                # A group reads as many cycles after the one below it as that one has labels.
-                for stage in range(LABELS_PER_GROUP):
-                    before, read_place = read_place, Signal(range(depth), name=f"read_place_{labels[0]}_{stage}", reset_less=True)
-                    m.d.sync += read_place.eq(before)
-            m.submodules[f"memory_{labels[0]}"] = memory = Memory(
-                shape=data.ArrayLayout(bits, len(labels)), depth=depth, init=[], attrs=NO_COLLISION)
-            write_port = memory.write_port()
-            read_port = memory.read_port()
+        writes, write_places, read_places = [self.write], [place], [self.address]
+        for group in range(1, group_of[-1] + 1):
+            writes.append(Signal(name=f"write_{group}"))
+            write_places.append(Signal(range(depth), name=f"write_place_{group}", reset_less=True))
+            m.d.sync += [writes[-1].eq(writes[-2]), write_places[-1].eq(write_places[-2])]
+        for label in range(1, self.config.labels):
+            read_places.append(Signal(range(depth), name=f"read_place_{label}", reset_less=True))
+            m.d.sync += read_places[-1].eq(read_places[-2])
+
+        pieces: dict[int, list[Value]] = {}
+        for first, parts in self.parts().items():
+            group = group_of[parts[-1][0]]
+            words: list[Value] = []
+            for number, (label, bits) in enumerate(parts):
+                piece: Value = self.words[label][bits.start:bits.stop]
+                for stage in range(group - group_of[label]):
+                    early = Signal(len(bits), name=f"early_{first}_{number}_{stage}", reset_less=True)
+                    m.d.sync += early.eq(piece)
+                    piece = early
+                words.append(piece)
+            m.submodules[f"memory_{first}"] = memory = Memory(
+                shape=sum(map(len, words)), depth=depth, init=[], attrs=NO_COLLISION)
+            write_port, read_port = memory.write_port(), memory.read_port()
             m.d.comb += [
-                write_port.en.eq(write), write_port.addr.eq(write_place),
-                *(write_port.data[n].eq(self.words[label]) for n, label in enumerate(labels)),
-                read_port.en.eq(1), read_port.addr.eq(read_place),
+                write_port.en.eq(writes[group]), write_port.addr.eq(write_places[group]), write_port.data.eq(Cat(words)),
+                read_port.en.eq(1), read_port.addr.eq(read_places[first]),
             ]
-            for n, label in enumerate(labels):
-                m.submodules[f"skew_{label}"] = skew = Delay(bits, 1 + n)
-                m.d.comb += [skew.i.eq(read_port.data[n]), self.o[label].eq(skew.o)]
+            word = Signal(len(read_port.data), name=f"word_{first}", reset_less=True)
+            m.d.sync += word.eq(read_port.data)
+            low = 0
+            for number, (label, bits) in enumerate(parts):
+                piece = word[low:low + len(bits)]
+                for stage in range(label - first):
+                    skew = Signal(len(bits), name=f"skew_{first}_{number}_{stage}", reset_less=True)
+                    m.d.sync += skew.eq(piece)
+                    piece = skew
+                pieces.setdefault(label, []).append(piece)
+                low += len(bits)
+        m.d.comb += [self.o[label].eq(Cat(values)) for label, values in pieces.items()]
         return m

@@ -13,10 +13,29 @@ from golden.config import IN_USE_BITS, PIXEL_BITS, MatcherConfig
 from ...parts.delay import data_register
 from ..settings import minimum_shape
 from ..stage import CostArray
-from ..stream import FLAGS, Column
+from ..stream import FLAGS
 
 
-__all__ = ["Completion", "Issue", "Pixel", "VerticalWave", "Wave", "WaveSource"]
+__all__ = ["ColumnSums", "Completion", "Issue", "Pixel", "VerticalWave", "Wave", "WaveSource", "column_sums"]
+
+
+class ColumnSums(data.StructLayout):
+    """A column of a picture as matching costs need it: its pixel, and that pixel's sums with the ones above and below it and with that of
+    the wave before."""
+    def __init__(self):
+        super().__init__({"line": PIXEL_BITS, **dict.fromkeys(("above", "below", "across"), PIXEL_BITS + 1)})
+
+
+def column_sums(m: Module, name: str, column: data.View, issue: Value, wave: data.View) -> None:
+    """Registers with the :class:`ColumnSums` of ``column``, which drive ``wave``; added here once, and not in the cell of every label.
+
+    ``issue``: a wave with this column is issued. ``name``: of the picture.
+    """
+    before = Signal(PIXEL_BITS, name=f"{name}_before", reset_less=True)
+    with m.If(issue):
+        m.d.sync += before.eq(column.line)
+    others = {"line": 0, "above": column.minus, "below": column.plus, "across": before}
+    m.d.sync += [data_register(m, wave[part], f"wave_{name}_{part}").eq(column.line + other) for part, other in others.items()]
 
 
 class Wave(data.StructLayout):
@@ -29,7 +48,7 @@ class Wave(data.StructLayout):
     def __init__(self, config: MatcherConfig, columns: data.StructLayout):
         more = {name: field.shape for name, field in columns if name.startswith(("left_", "right_"))}
         super().__init__({
-            "valid": 1, "pre": 1, "inside": 1, "left": Column(), "right": Column(), **more, "in_use": range(config.labels + 1),
+            "valid": 1, "pre": 1, "inside": 1, "left": ColumnSums(), "right": ColumnSums(), **more, "in_use": range(config.labels + 1),
         })
 
 
@@ -195,7 +214,9 @@ class WaveSource(wiring.Component):
         o = self.o
         inside = ~pre & ~past & reached if self.shifts else ~pre
         more = {name: before[name] for name in o.wave.shape().members if name.startswith(("left_", "right_"))}
-        waves = {"pre": pre, "left": now.left, "right": now.right, "inside": inside, **more}
+        waves = {"pre": pre, "inside": inside, **more}
+        for side in ("left", "right"):
+            column_sums(m, side, now[side], issue, o.wave[side])
         m.d.sync += [data_register(m, o.wave[field], f"wave_{field}").eq(value) for field, value in waves.items()]
 
         # The pixel completed, and the pixel that can be labelled.

@@ -69,14 +69,14 @@ def test_weighted_median():
 
 
 def test_arrays():
-    assert row("BecArray")[0].startswith(f"{BecArray.latency_of(STREAMING)} clocks: 7 + D/4") and BecArray.lag_of(STREAMING) == 0
+    assert row("BecArray")[0].startswith(f"{BecArray.latency_of(STREAMING)} clocks: 6 + D/4") and BecArray.lag_of(STREAMING) == 0
     lag, latency = FusedArray.lag_of(FUSED), FusedArray.latency_of(FUSED)
-    assert row("FusedArray, *fused-1*")[0].startswith(f"{lag} pixels and {latency} clocks: 13 + D/4")
+    assert row("FusedArray, *fused-1*")[0].startswith(f"{lag} pixels and {latency} clocks: 12 + D/4")
     for labels in (2, 5, 80, 256):
-        assert BecArray.latency_of(MatcherConfig(labels, method=OnePass(Arithmetic.LINEAR), engine=Engine.STREAMING)) == 7 - -labels // 4
-        assert FusedArray.latency_of(MatcherConfig(labels, method=FUSED_1)) == 13 - -labels // 4
-        assert LabelArray(MatcherConfig(labels, method=FUSED_1)).latency == 2 * labels + 5
-    assert row("LabelArray")[0] == f"{LabelArray(FUSED).latency} clocks: 2 D + 5"
+        assert BecArray.latency_of(MatcherConfig(labels, method=OnePass(Arithmetic.LINEAR), engine=Engine.STREAMING)) == 6 - -labels // 4
+        assert FusedArray.latency_of(MatcherConfig(labels, method=FUSED_1)) == 12 - -labels // 4
+        assert LabelArray(MatcherConfig(labels, method=FUSED_1)).latency == 2 * labels + 6
+    assert row("LabelArray")[0] == f"{LabelArray(FUSED).latency} clocks: 2 D + 6"
     with_supports = Cones.latency_of(FUSED, FusedArray.size_max_of(FUSED))
     assert row("Cones")[0] == f"{Cones.latency_of(STREAMING)} clocks, with supports {with_supports}"
     assert row("LeftRightCheck")[0] == f"{LeftRightCheck.LATENCY} clocks"

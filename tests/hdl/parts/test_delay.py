@@ -5,7 +5,7 @@ import pytest
 from amaranth import *
 from amaranth.sim import Simulator
 
-from hdl.parts.delay import Delay, StreamRegister
+from hdl.parts.delay import Delay, SkidRegister, StreamRegister
 from sim.kit.clocked import run_clocked
 from sim.kit.streams import run_stream
 
@@ -51,13 +51,35 @@ def test_bad_delay():
         Delay(8, -1)
 
 
+@pytest.mark.parametrize("kind", [StreamRegister, SkidRegister])
 @pytest.mark.parametrize("stall", [0.0, 0.4])
-def test_stream_register(stall):
+def test_stream_register(stall, kind):
     """Every word once, in order; without stalls one a cycle, a cycle later."""
     words = np.random.default_rng(3).integers(0, 256, 60).tolist()
     cycles = {}
-    dut = StreamRegister(8)
+    dut = kind(8)
     assert run_stream(dut, words, rng=np.random.default_rng(4), stall_i=stall, stall_o=stall, cycles=cycles) == words
     if not stall:
         assert np.subtract(cycles["o"], cycles["i"]).tolist() == [dut.LATENCY] * len(words)
         assert np.diff(cycles["o"]).tolist() == [1] * (len(words) - 1)
+
+
+def test_skid_register_ends_the_path_of_ready():
+    """It takes one word more than it offers, and its own ``ready`` does not follow that of the output within a cycle."""
+    dut = SkidRegister(8)
+
+    async def testbench(ctx):
+        ctx.set(dut.i.valid, 1)
+        for word, ready in ((1, 1), (2, 1), (3, 0)):
+            assert ctx.get(dut.i.ready) == ready
+            ctx.set(dut.i.payload, word)
+            await ctx.tick()
+        ctx.set(dut.o.ready, 1)
+        assert (ctx.get(dut.i.ready), ctx.get(dut.o.payload)) == (0, 1)
+        await ctx.tick()
+        assert (ctx.get(dut.i.ready), ctx.get(dut.o.payload)) == (1, 2)
+
+    simulator = Simulator(dut)
+    simulator.add_clock(1e-6)
+    simulator.add_testbench(testbench)
+    simulator.run()

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from amaranth import *
 from amaranth.lib import data
+from amaranth.lib.fifo import SyncFIFOBuffered
 from amaranth.sim import Simulator
 
 from hdl.parts.queue import AsyncQueue, Queue
@@ -196,3 +197,32 @@ def test_reset_between_clocks(buffered):
 def test_bad_depth_between_clocks(depth):
     with pytest.raises(ValueError, match=f"power of two of words, at least 8, not {depth}"):
         AsyncQueue(8, depth)
+
+
+@pytest.mark.parametrize("depth", [2, 3, 6, 17])
+def test_memory_needs_no_bypass(depth, monkeypatch):
+    """The memory is marked as never read in the cycle in which the same word is written, and it is so."""
+    found = []
+    elaborate = SyncFIFOBuffered.elaborate
+    monkeypatch.setattr(SyncFIFOBuffered, "elaborate", lambda *arguments: found.append(elaborate(*arguments)) or found[0])
+    dut = Queue(8, depth)
+    rng, collisions, together = np.random.default_rng(3), [], []
+
+    async def testbench(ctx):
+        for cycle in range(400):
+            busy = (0.9, 0.3, 0.6)[cycle // 50 % 3]  # it is full, empty, in between
+            ctx.set(dut.i.valid, rng.random() < busy)
+            ctx.set(dut.o.ready, rng.random() < 1.1 - busy)
+            both = ctx.get(read.en) and ctx.get(write.en)
+            together.append(both)
+            collisions.append(both and ctx.get(read.addr) == ctx.get(write.addr))
+            await ctx.tick()
+
+    simulator = Simulator(dut)
+    storage = found[0].submodules.storage
+    assert storage.attrs == {"no_rw_check": 1}
+    (read,), (write,) = storage.read_ports, storage.write_ports
+    simulator.add_clock(PERIOD)
+    simulator.add_testbench(testbench)
+    simulator.run()
+    assert any(together) == (depth > 2) and not any(collisions)

@@ -12,7 +12,7 @@ from sim.kit.clocked import run_clocked
 from tests.kit import by_turns
 
 
-NAMES = ("minus", "line", "plus")
+SUMS = ("line", "above", "below", "across")
 
 
 def waves_of(left, right, in_use, rng, stall, begin=0):
@@ -24,10 +24,13 @@ def waves_of(left, right, in_use, rng, stall, begin=0):
             while rng.random() < stall:
                 # A bubble: what it carries must not matter.
                 wave = {"valid": 0, "pre": int(rng.integers(2)), "inside": 1,
-                        "left": dict.fromkeys(NAMES, int(rng.integers(256))), "right": dict.fromkeys(NAMES, 0)}
+                        "left": dict.fromkeys(SUMS, int(rng.integers(256))), "right": dict.fromkeys(SUMS, 0)}
                 yield {"i": {"wave": wave, "store": 0, "pixel_valid": 0}}, None
             column = min(max(x, 0), width - 1)
-            sides = {side: dict(zip(NAMES, lines[y][column])) for side, lines in zip(("left", "right"), columns)}
+            sides = {}
+            for side, lines in zip(("left", "right"), columns):
+                (minus, line, plus), before = lines[y][column], lines[y][min(max(x - 1, 0), width - 1)][1]
+                sides[side] = dict(zip(SUMS, (line, line + minus, line + plus, line + before)))
             done = x >= 1
             wave = {"valid": 1, "pre": int(x < 0), "inside": int(x >= 0), "in_use": in_use, **sides}
             number = y * width + x - 1 + begin
@@ -75,7 +78,7 @@ def test_label_memory(stall):
     """Around the memory several times; read as late as possible before the next word is written to the same address."""
     config = MatcherConfig(labels=10, method=OnePass(Arithmetic.LINEAR))
     rng = np.random.default_rng(6)
-    labels, depth, late = config.labels, 14, 7
+    labels, depth, late = config.labels, 14, 6
     given = rng.integers(0, 2**config.data_bits, (60, labels)).tolist()
     group = [number for number, members in enumerate(groups_of(config)) for _ in members]
     assert max(group) == 2

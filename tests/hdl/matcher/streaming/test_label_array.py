@@ -10,12 +10,15 @@ from sim.kit.clocked import run_clocked
 
 def waves_of(upper, lower, w1, w2, w3, config):
     """The waves that :class:`hdl.matcher.streaming.cones.Cones` sends."""
-    falling, rising = -w2 - w3 - w1, w2 + w3 - w1
-    between = (w2 - w3 if upper < lower else w3 - w2) - w1
     low, high = min(upper, lower), max(upper, lower)
+    rises = (w2 + w3, 0) if upper == lower else (w2, w3) if upper < lower else (w3, w2)
+
+    def rise(label):
+        return rises[0] if label == low else rises[1] if label == high else 0
+
     return {
-        "up": {"cone": w2 * upper + w3 * lower, "falling": falling, "between": between, "rising": rising, "low": low, "high": high,
-               "below_low": low > 0, "below_high": high > 0, "step": falling if low > 0 else between if high > 0 else rising},
+        "up": {"cone": w2 * upper + w3 * lower + config.smooth_max, "step": -w2 - w3 - w1 + 2 * rise(0), "rise": rise(1),
+               "low_rise": rises[0], "high_rise": rises[1], "low": low, "high": high, "at_low": low == 2, "at_high": high == 2},
         "down": {"ramp": 2 * w1 * (config.labels - 1), "step": 2 * w1},
     }
 

@@ -1,0 +1,92 @@
+"""Registers behind memory blocks, moved into them: what may be, what may not, and that nothing else changes."""
+
+import copy
+import json
+
+import pytest
+
+from hdl.emit import verilog_text
+from hdl.netlist import read_netlist
+from hdl.parts.delay import Delay
+from hdl.resources.ecp5 import synthesise
+from hdl.resources.output_registers import absorb_output_registers
+
+
+CLOCK, ENABLE = 2, 3
+
+
+def memory(outputs, width=18):
+    connections = {f"DO{side}{n}": [] for side in "AB" for n in range(2)}
+    connections |= {f"{pin}{side}": ["0"] for pin in ("RST", "OCE") for side in "AB"}
+    connections |= {"CLKA": [CLOCK], "CLKB": [CLOCK]} | {port: [bit] for port, bit in outputs.items()}
+    parameters = {"DATA_WIDTH_A": f"{width:b}", "REGMODE_A": "NOREG", "REGMODE_B": "NOREG", "CLKAMUX": "CLKA", "CLKBMUX": "CLKB"}
+    directions = {port: "output" if port.startswith("DO") else "input" for port in connections}
+    return {"type": "DP16KD", "parameters": parameters, "port_directions": directions, "connections": connections}
+
+
+def register(d, q, enable=None, **changed):
+    parameters = {"CEMUX": "1 " if enable is None else "CE", "CLKMUX": "CLK", "LSRMUX": "LSR", "REGSET": "RESET"}
+    connections = {"CLK": [CLOCK], "DI": [d], "LSR": ["0"], "Q": [q]} | ({} if enable is None else {"CE": [enable]})
+    for name, value in changed.items():
+        (parameters if name in parameters else connections)[name] = value
+    return {"type": "TRELLIS_FF", "parameters": parameters, "port_directions": {"Q": "output"}, "connections": connections}
+
+
+def absorbed(path, cells, ports=()):
+    ports = {f"p{bit}": {"direction": "output", "bits": [bit]} for bit in ports}
+    path.write_text(json.dumps({"modules": {"top": {"ports": ports, "cells": cells, "netnames": {}}}}))
+    moved = absorb_output_registers(path, "top")
+    return moved, json.loads(path.read_text())["modules"]["top"]["cells"]
+
+
+@pytest.mark.parametrize("enable", [None, ENABLE])
+def test_moved(enable, tmp_path):
+    """Both outputs of a port that are used; the other port is left alone."""
+    cells = {"ram": memory({"DOB0": 10, "DOB1": 11, "DOA0": 12}), "b0": register(10, 20, enable), "b1": register(11, 21, enable),
+             "reader": {"type": "LUT4", "parameters": {}, "port_directions": {"Z": "output"}, "connections": {"A": [12], "Z": [30]}}}
+    moved, after = absorbed(tmp_path / "design.json", cells, [20, 21])
+    assert moved == 2 and set(after) == {"ram", "reader"}
+    ram = after["ram"]
+    assert (ram["connections"]["DOB0"], ram["connections"]["DOB1"], ram["connections"]["DOA0"]) == ([20], [21], [12])
+    assert (ram["parameters"]["REGMODE_A"], ram["parameters"]["REGMODE_B"]) == ("NOREG", "OUTREG")
+    assert (ram["connections"]["OCEA"], ram["connections"]["OCEB"]) == (["0"], ["1"] if enable is None else [ENABLE])
+
+
+def test_block_of_36_bits(tmp_path):
+    """It has one read port, whose outputs have both letters."""
+    outputs = {f"DO{side}{n}": 10 + 18 * (side == "B") + n for side in "AB" for n in range(18)}
+    cells = {"ram": memory(outputs, 36)} | {f"r{bit}": register(bit, bit + 100) for bit in outputs.values()}
+    moved, after = absorbed(tmp_path / "design.json", copy.deepcopy(cells))
+    assert moved == 36 and set(after) == {"ram"}
+    assert (after["ram"]["parameters"]["REGMODE_A"], after["ram"]["parameters"]["REGMODE_B"]) == ("OUTREG", "OUTREG")
+    del cells["r45"]
+    cells["r45"] = register(45, 145, ENABLE)
+    assert absorbed(tmp_path / "design.json", cells)[0] == 0
+
+
+@pytest.mark.parametrize("b1, ports", [
+    (register(11, 21, LSR=[5]), []), (register(11, 21, REGSET="SET"), []), (register(11, 21, CLKMUX="INV"), []),
+    (register(11, 21, CLK=[4]), []), (register(11, 21, ENABLE), []), (register(11, 21, CEMUX="INV", CE=[ENABLE]), []),
+    (register(99, 21), [11]), (register(11, 21), [11]), (register(99, 21, M=[11]), []),
+], ids=["reset", "set at first", "falling clock", "another clock", "another enable", "inverted enable", "a port", "a port too",
+        "not the input"])
+def test_left_alone(b1, ports, tmp_path):
+    cells = {"ram": memory({"DOB0": 10, "DOB1": 11}), "b0": register(10, 20), "b1": b1}
+    moved, after = absorbed(tmp_path / "design.json", copy.deepcopy(cells), ports)
+    assert moved == 0 and after == cells
+
+
+def test_memory_with_reset_is_left_alone(tmp_path):
+    cells = {"ram": memory({"DOB0": 10}), "b0": register(10, 20)}
+    cells["ram"]["connections"]["RSTB"] = [7]
+    assert absorbed(tmp_path / "design.json", cells)[0] == 0
+
+
+def test_delay(tmp_path):
+    """All registers behind the block of a delay that is zero at first; it has further ones behind those."""
+    (tmp_path / "design.v").write_text(verilog_text(Delay(18, 500, clean=True), name="top"))
+    synthesise(tmp_path, "top", lambda step: None)
+    before = read_netlist(tmp_path / "design.json")["top"].cells
+    assert absorb_output_registers(tmp_path / "design.json", "top") == 18
+    after = read_netlist(tmp_path / "design.json")["top"].cells
+    assert len(before) - len(after) == 18 and all(name in before for name in after)
