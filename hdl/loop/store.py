@@ -8,7 +8,32 @@ from amaranth.lib.wiring import In, Out
 from ..parts.delay import NO_COLLISION
 
 
-__all__ = ["FrameStore", "StorePort", "row_start"]
+__all__ = ["FrameStore", "StorePort", "row_start", "slice_bits"]
+
+
+# Words of a block of one bit, as a power of two, and widths of its words: each is as many words fewer.
+_ADDRESS_BITS, _WIDTHS = 14, (1, 2, 4, 9, 18)
+# Of the blocks that a store takes at least, for a selection among few.
+_MORE_BLOCKS = 0.1
+
+
+def slice_bits(depth: int, bits: int) -> int:
+    """Bits of a word that share a memory, such that few blocks are selected from.
+
+    A deep memory of whole words is made of blocks that are as wide as these, and the selection among dozens of them is the longest path of
+    the system. Blocks of one bit are the deepest.
+
+    Examples
+    --------
+    >>> slice_bits(320 * 240, 8), slice_bits(128, 8), slice_bits(2048, 8)
+    (1, 8, 8)
+    """
+    def blocks(width: int, shared: int) -> int:
+        place = next(place for place, unit in enumerate(_WIDTHS) if unit >= width or unit == _WIDTHS[-1])
+        return -(-bits // shared) * -(-width // _WIDTHS[place]) * -(-depth // (1 << _ADDRESS_BITS - place))
+
+    taken = {min(width, bits): blocks(min(width, bits), min(width, bits)) for width in (*_WIDTHS, bits)}
+    return min(width for width, number in taken.items() if number <= (1 + _MORE_BLOCKS) * min(taken.values()))
 
 
 def row_start(line: Value, width: int) -> Value:
@@ -41,7 +66,7 @@ class FrameStore(wiring.Component):
     in a later one. ``display_found`` is the word of ``display_address`` one cycle of ``pixel`` before;
     undefined if it was being written then.
 
-    Memory: ``depth`` words. A reset does not change them.
+    Memory: ``depth`` words, in slices of :func:`slice_bits`. A reset does not change them.
 
     Parameters
     ----------
@@ -68,18 +93,23 @@ class FrameStore(wiring.Component):
 
     def elaborate(self, platform: object) -> Module:
         m = Module()
-        m.submodules.memory = memory = Memory(shape=self.bits, depth=self.depth, init=[], attrs=NO_COLLISION)
-        reader, writer = memory.read_port(), memory.write_port()
         address = Signal.like(self.port.address, reset_less=True)
         data    = Signal(self.bits, reset_less=True)
         write   = Signal()
         found   = Signal(self.bits, reset_less=True)
-        m.d.sync += [address.eq(self.port.address), data.eq(self.port.data), write.eq(self.port.write), found.eq(reader.data)]
-        m.d.comb += [
-            reader.addr.eq(address), reader.en.eq(~write), writer.addr.eq(address), writer.data.eq(data), writer.en.eq(write),
-            self.port.found.eq(found),
-        ]
-        if self.display:
-            shown = memory.read_port(domain="pixel")
-            m.d.comb += [shown.addr.eq(self.display_address), shown.en.eq(1), self.display_found.eq(shown.data)]
+        m.d.sync += [address.eq(self.port.address), data.eq(self.port.data), write.eq(self.port.write)]
+        m.d.comb += self.port.found.eq(found)
+        shared = slice_bits(self.depth, self.bits)
+        for low in range(0, self.bits, shared):
+            part = slice(low, low + shared)
+            width = len(data[part])
+            name = "memory" if width == self.bits else f"memory_{low}"
+            m.submodules[name] = memory = Memory(shape=width, depth=self.depth, init=[], attrs=NO_COLLISION)
+            reader, writer = memory.read_port(), memory.write_port()
+            m.d.sync += found[part].eq(reader.data)
+            m.d.comb += [reader.addr.eq(address), reader.en.eq(~write),
+                         writer.addr.eq(address), writer.data.eq(data[part]), writer.en.eq(write)]
+            if self.display:
+                shown = memory.read_port(domain="pixel")
+                m.d.comb += [shown.addr.eq(self.display_address), shown.en.eq(1), self.display_found[part].eq(shown.data)]
         return m

@@ -212,6 +212,8 @@ def test_loader(programs, tmp_path):
      "no board answers on USB; plug it in, and end other programs that use it"),
     ("unable to open ftdi device: -4 (usb_open() failed)\nJTAG init failed with: unable to open ftdi device",
      "the USB device may not be opened; add a udev rule for it, or run as root"),
+    ("openFPGALoader: error while loading shared libraries: libusb-1.0.so.0: cannot open shared object file: No such file or directory",
+     "openFPGALoader needs libraries of the system; install them, as with `apt-get install libusb-1.0-0 libftdi1-2`"),
     ("Error: wrong idcode", "openFPGALoader says: Error: wrong idcode"), ("", "openFPGALoader says: nothing"),
 ])
 def test_loader_that_fails(said, told, programs):
