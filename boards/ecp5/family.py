@@ -20,8 +20,8 @@ __all__ = ["Target", "loop_board"]
 
 #: A picture that is sent in a tenth of a second, and a matcher that is built in minutes.
 _PICTURES = Serial(width=320, height=240, disparities=16, baud=3_000_000)
-#: A multiple of the default rate of the serial line.
-_CLOCK_MHZ = 75
+#: A multiple of the default rate of the serial line, which a matcher of this size reaches.
+_CLOCK_MHZ = 60
 
 
 def loop_board(name: str, platform: type[LoopPlatform], target: Target, displays: Mapping[str, DisplayFormat] | None = None) -> Board:

@@ -65,18 +65,18 @@ def test_build(board, tmp_path, capsys):
     assert main([*ULX3S, *SMALL, "--output", str(tmp_path)]) == 0
     design = board.designs[-1]
     assert (design.config.labels, design.config.max_width, design.height) == (4, 9, 6)
-    assert (design.clock_hz, design.baud, design.rig, design.display.width) == (75_000_000, 3_000_000, None, 640)
+    assert (design.clock_hz, design.baud, design.rig, design.display.width) == (60_000_000, 3_000_000, None, 640)
     told = manifest(tmp_path)
     files = ["README.md", "stereo.bit", "stereo.log", "stereo.lpf", "stereo.svf", "stereo.v"]
     assert sorted(path.name for path in tmp_path.iterdir()) == ["README.md", "manifest.json", *files[1:]]
-    about = {"board": "ulx3s", "device": "LFE5U-85F-6BG381C", "display": "640x480", "clock_mhz": 75, "pixel_clock_mhz": 25, "width": 9,
+    about = {"board": "ulx3s", "device": "LFE5U-85F-6BG381C", "display": "640x480", "clock_mhz": 60, "pixel_clock_mhz": 25, "width": 9,
              "height": 6, "baud": 3_000_000, "files": files}
     assert {name: told[name] for name in about} == about
     assert told["bitstream"]["clocks"] == [{"name": "matcher", "needed_mhz": 75, "reached_mhz": 80.26}]
     assert told["resources"]["device"] == {"tables": 83_640, "registers": 83_640, "memory_blocks": 208, "multipliers": 156}
     out, err = capsys.readouterr()
     assert err == ""
-    for line in ("The matcher has 75 MHz, the serial line 3,000,000 bits a second.", "│ tables │   10 │     40 │ 25.0 % │",
+    for line in ("The matcher has 60 MHz, the serial line 3,000,000 bits a second.", "│ tables │   10 │     40 │ 25.0 % │",
                  "Clock matcher: 75 MHz needed, 80.3 MHz reached.", "It took 1.1 minutes; logs: stereo.log"):
         assert line in out
 
@@ -109,7 +109,7 @@ BAD = {
     "display": (["--display", "720x576"], "there is no display format '720x576'; choose one of: 640x480$"),
     "clock": (["--clock", "77"], "the PLL of the board ulx3s does not make 77 MHz of 25 MHz; choose --clock 78.125$"),
     "memory clock": (["--memory-clock", "125"], "the board ulx3s does not run its memory at 125 MHz; leave --memory-clock out$"),
-    "rate": (["--baud", "9000000"], "--baud 9000000 at a clock of 75 MHz: "),
+    "rate": (["--baud", "9000000"], "--baud 9000000 at a clock of 60 MHz: "),
     "no rate": (["--baud", "0"], "--baud must be a whole number from 1, not 0; choose 3000000, or another rate of your port$"),
     "rig": (["--rig", "none"], "--rig is for a board with cameras, and a host sends rectified pictures to ulx3s; leave it out$"),
     "rectification": (["--rectify"], "--rectify is for a board with cameras"),
@@ -261,7 +261,7 @@ def test_bitstream(tmp_path):
     run = build()
     assert (run.returncode, run.stderr) == (0, "")
     told = manifest(tmp_path)
-    assert {clock["name"]: clock["needed_mhz"] for clock in told["bitstream"]["clocks"]} == {"matcher": 75, "pixel": 25, "shift": 125}
+    assert {clock["name"]: clock["needed_mhz"] for clock in told["bitstream"]["clocks"]} == {"matcher": 60, "pixel": 25, "shift": 125}
     assert all(clock["reached_mhz"] >= clock["needed_mhz"] for clock in told["bitstream"]["clocks"])
     bits = (tmp_path / "stereo.bit").read_bytes()
     assert b"Part: LFE5U-85F-6CABGA381" in bits[:200] and len(bits) > 100_000
