@@ -2,7 +2,7 @@
 //
 // After Lattice's technical note FPGA-TN-02204. A row has two bytes of nine bits; narrower words leave the ninth bit out. Ports of 18
 // and 36 bits have byte enables in the lowest bits of their address. With 36 bits, port A writes and port B reads, and the halves of a
-// word are at the data of A and B. Without output registers only.
+// word are at the data of A and B. An output register has no reset here.
 /* verilator lint_off MULTIDRIVEN */
 /* verilator lint_off WIDTH */
 /* verilator lint_off UNUSEDSIGNAL */
@@ -80,7 +80,7 @@ module DP16KD(
     initial begin
         for (row = 0; row < 1024; row = row + 1)
             rows[row] = INITIAL[20 * row +: 18];
-        if (REGMODE_A != "NOREG" || REGMODE_B != "NOREG" || CSDECODE_A != "0b000" || CSDECODE_B != "0b000"
+        if (CSDECODE_A != "0b000" || CSDECODE_B != "0b000"
                 || CLKAMUX != "CLKA" || CLKBMUX != "CLKB") begin
             $display("DP16KD: a mode that this model does not have");
             $finish;
@@ -88,8 +88,8 @@ module DP16KD(
     end
 
     always @(posedge RSTA or posedge RSTB)
-        if (RESETMODE != "SYNC") begin
-            $display("DP16KD: an asynchronous reset, which this model does not have");
+        if (RESETMODE != "SYNC" || REGMODE_A == "OUTREG" || REGMODE_B == "OUTREG") begin
+            $display("DP16KD: an asynchronous reset, or one of an output register, which this model does not have");
             $finish;
         end
 
@@ -99,8 +99,21 @@ module DP16KD(
     wire [13:0] adb = {ADB13, ADB12, ADB11, ADB10, ADB9, ADB8, ADB7, ADB6, ADB5, ADB4, ADB3, ADB2, ADB1, ADB0};
     reg [17:0] doa = 18'd0;
     reg [17:0] dob = 18'd0;
-    assign {DOA17, DOA16, DOA15, DOA14, DOA13, DOA12, DOA11, DOA10, DOA9, DOA8, DOA7, DOA6, DOA5, DOA4, DOA3, DOA2, DOA1, DOA0} = doa;
-    assign {DOB17, DOB16, DOB15, DOB14, DOB13, DOB12, DOB11, DOB10, DOB9, DOB8, DOB7, DOB6, DOB5, DOB4, DOB3, DOB2, DOB1, DOB0} = dob;
+    assign {DOA17, DOA16, DOA15, DOA14, DOA13, DOA12, DOA11, DOA10, DOA9, DOA8, DOA7, DOA6, DOA5, DOA4, DOA3, DOA2, DOA1, DOA0}
+        = REGMODE_A == "OUTREG" ? registered_a : doa;
+    assign {DOB17, DOB16, DOB15, DOB14, DOB13, DOB12, DOB11, DOB10, DOB9, DOB8, DOB7, DOB6, DOB5, DOB4, DOB3, DOB2, DOB1, DOB0}
+        = REGMODE_B == "OUTREG" ? registered_b : dob;
+
+    // A word of 36 bits is read by port B alone.
+    reg [17:0] registered_a = 18'd0;
+    reg [17:0] registered_b = 18'd0;
+    wire clock_a = DATA_WIDTH_B == 36 ? CLKB : CLKA;
+    always @(posedge clock_a)
+        if (DATA_WIDTH_B == 36 ? OCEB : OCEA)
+            registered_a <= doa;
+    always @(posedge CLKB)
+        if (OCEB)
+            registered_b <= dob;
 
     // Lowest bit of a narrow word in its row.
     function [4:0] place(input [13:0] address, input integer width);
