@@ -99,14 +99,14 @@ module DP16KD(
     wire [13:0] adb = {ADB13, ADB12, ADB11, ADB10, ADB9, ADB8, ADB7, ADB6, ADB5, ADB4, ADB3, ADB2, ADB1, ADB0};
     reg [17:0] doa = 18'd0;
     reg [17:0] dob = 18'd0;
+    reg [17:0] registered_a = 18'd0;
+    reg [17:0] registered_b = 18'd0;
     assign {DOA17, DOA16, DOA15, DOA14, DOA13, DOA12, DOA11, DOA10, DOA9, DOA8, DOA7, DOA6, DOA5, DOA4, DOA3, DOA2, DOA1, DOA0}
         = REGMODE_A == "OUTREG" ? registered_a : doa;
     assign {DOB17, DOB16, DOB15, DOB14, DOB13, DOB12, DOB11, DOB10, DOB9, DOB8, DOB7, DOB6, DOB5, DOB4, DOB3, DOB2, DOB1, DOB0}
         = REGMODE_B == "OUTREG" ? registered_b : dob;
 
     // A word of 36 bits is read by port B alone.
-    reg [17:0] registered_a = 18'd0;
-    reg [17:0] registered_b = 18'd0;
     wire clock_a = DATA_WIDTH_B == 36 ? CLKB : CLKA;
     always @(posedge clock_a)
         if (DATA_WIDTH_B == 36 ? OCEB : OCEA)
