@@ -59,8 +59,9 @@ def opened(options: argparse.Namespace, connect: Connect) -> Iterator[Board | No
         value = getattr(options, name)
         if value is not None and not least <= value <= greatest:
             raise UserError(f"--{name} must be from {least} to {greatest}, not {value}; choose a value in that range")
-    with connect(options.hardware, options.baud or LOOP_BAUD) as transport:
-        yield Board(Chip(transport, options.timeout or 0.2, "--hardware"))
+    baud = options.baud or LOOP_BAUD
+    with connect(options.hardware, baud) as transport:
+        yield Board(Chip(transport, options.timeout or 0.2, "--hardware"), baud)
 
 
 def match_shown(board: Board, config: MatcherConfig, left: NDArray[np.uint8], right: NDArray[np.uint8]) -> BoardRun:

@@ -48,7 +48,7 @@ def _run(wait: Callable[[str], None], argv: Sequence[str] | None) -> int:
             with simulated_port(small_board(config, options.height), Path(folder)) as port:
                 size = f"{options.width}x{options.height} pixels and {config.labels} disparities"
                 print(f"A board of {size}, {described(config)}, is at {port}:")
-                print(f"python -m sim.run LEFT RIGHT --hardware {port} --timeout 5", flush=True)
+                print(f"python -m sim.run LEFT RIGHT --hardware {port} --baud 9600 --timeout 5", flush=True)
                 with contextlib.suppress(KeyboardInterrupt):    # the usual end
                     wait(port)
     except SimulationError as error:

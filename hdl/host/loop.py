@@ -54,9 +54,12 @@ class Board:
     ----------
     chip : Chip
         :class:`UserError` if it is another system, or built from another version of this project.
+    baud : int
+        Of its line.
     """
-    def __init__(self, chip: Chip) -> None:
+    def __init__(self, chip: Chip, baud: int) -> None:
         self.chip = chip
+        self.baud = baud
         if not chip.system.takes_pairs:
             raise UserError(f"the board is {chip.system.about}, which takes no pairs from a host; use a bitstream that does, "
                             "such as that of python -m hdl.build --board ulx3s")
@@ -116,7 +119,7 @@ class Board:
         self._set({"picture_width": width, "picture_height": height, **config.defaults})
         start = time.perf_counter()
         put_lines(chip, [(plane, line, picture[line].tobytes()) for plane, picture in enumerate((left, right)) for line in range(height)],
-                  lambda done, total: report(f"{' and '.join(SENT_PLANES)} to the board", done, total))
+                  self.baud, lambda done, total: report(f"{' and '.join(SENT_PLANES)} to the board", done, total))
         sent = time.perf_counter()
         chip.write("start", 1)
         while not chip.read("kept"):
@@ -126,7 +129,7 @@ class Board:
             time.sleep(_PAUSE)
         matched = time.perf_counter()
         count = chip.read("result_bytes")
-        lines = get_lines(chip, LOOP_PLANES.index("result"), height, width * count,
+        lines = get_lines(chip, LOOP_PLANES.index("result"), height, width * count, self.baud,
                           lambda done, total: report("result from the board", done, total))
         end = time.perf_counter()
         clocks = chip.read("clocks_high") << 16 | chip.read("clocks_low")

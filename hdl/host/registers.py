@@ -222,7 +222,8 @@ class RequestReader(wiring.Component):
                 m.next = "reply"
             with m.If(put.cancel | (put.done & ~put.good)):
                 m.d.comb += error.eq(1)
-                m.d.sync += [frame.second.eq(Status.BAD_SUM), frame.low.eq(0), frame.high.eq(0), ignores.eq(1)]
+                # After the time-out the pause has been already.
+                m.d.sync += [frame.second.eq(Status.BAD_SUM), frame.low.eq(0), frame.high.eq(0), ignores.eq(~(put.cancel & quiet))]
 
         with m.State("ignore"):
             m.d.comb += self.i.ready.eq(1)

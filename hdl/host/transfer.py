@@ -22,10 +22,16 @@ _REQUESTS_AHEAD = 8
 # Blocks whose replies, six bytes each, wait in the computer.
 _REPLIES_AHEAD = 64
 
+# What is on its way takes the line so long, seconds: twice what an adapter waits. What is lost is repeated once the rest has been ignored,
+# and that must be well before the time-out of a reply.
+_AHEAD_SECONDS = 0.03
 
-def _transfer(chip: Chip, requests: Sequence[Request], most: int, send: Callable[[int], None], end: Callable[[int], bool],
-              report: Callable[[int, int], None]) -> None:
-    """Send all requests, up to ``most`` ahead; ``end`` receives what follows a good reply, and tells whether it is good."""
+
+def _transfer(chip: Chip, requests: Sequence[Request], most: int, seconds: float, send: Callable[[int], None],
+              end: Callable[[int], bool], report: Callable[[int, int], None]) -> None:
+    """Send all requests, up to ``most`` ahead, each of which takes the line so many ``seconds``; ``end`` receives what follows a good
+    reply, and tells whether it is good.
+    """
     done = sent = 0
     ahead = most
     problems: list[str] = []
@@ -46,7 +52,7 @@ def _transfer(chip: Chip, requests: Sequence[Request], most: int, send: Callable
             continue
         problems.append(problem)
         # The chip ignores what is on its way, until a pause.
-        chip.drop(QUIET_SECONDS)
+        chip.drop(QUIET_SECONDS + (sent - done) * seconds)
         if len(problems) == chip.ATTEMPTS:
             if reply and reply.status is not Status.BAD_SUM and len(set(problems)) == 1:
                 request = requests[done]
@@ -57,7 +63,12 @@ def _transfer(chip: Chip, requests: Sequence[Request], most: int, send: Callable
         sent, ahead = done, 1
 
 
-def put_lines(chip: Chip, lines: Sequence[tuple[int, int, bytes]], report: Callable[[int, int], None]) -> None:
+def _ahead(chip: Chip, block_bytes: int, baud: int, most: int) -> int:
+    """Blocks on their way, at least two."""
+    return max(2, min(most, min(chip.AHEAD_BYTES, round(baud / 10 * _AHEAD_SECONDS)) // block_bytes))
+
+
+def put_lines(chip: Chip, lines: Sequence[tuple[int, int, bytes]], baud: int, report: Callable[[int, int], None]) -> None:
     """Send lines of pictures, each with the number of its plane and its own.
 
     :class:`UserError` if one is refused, or not received well in several attempts. Each line that was sent is in its store, or as before.
@@ -67,6 +78,8 @@ def put_lines(chip: Chip, lines: Sequence[tuple[int, int, bytes]], report: Calla
     chip : Chip
         Of a system that takes pairs.
     lines : sequence of (int, int, bytes)
+    baud : int
+        Of the line: determines how much is sent ahead.
     report : callable
         Is given the number of lines sent, and that of all.
     """
@@ -74,11 +87,13 @@ def put_lines(chip: Chip, lines: Sequence[tuple[int, int, bytes]], report: Calla
         return
     requests = [Request(Operation.BLOCK_WRITE, plane, line) for plane, line, _ in lines]
     blocks = [encode_block(*line) for line in lines]
-    most = max(1, min(_REPLIES_AHEAD, chip.AHEAD_BYTES // (FRAME_BYTES + len(blocks[0]))))
-    _transfer(chip, requests, most, lambda number: chip.send(requests[number], blocks[number]), lambda number: True, report)
+    size = FRAME_BYTES + len(blocks[0])
+    most = _ahead(chip, size, baud, _REPLIES_AHEAD)
+    _transfer(chip, requests, most, 10 * size / baud, lambda number: chip.send(requests[number], blocks[number]), lambda number: True,
+              report)
 
 
-def get_lines(chip: Chip, plane: int, count: int, line_bytes: int, report: Callable[[int, int], None]) -> list[bytes]:
+def get_lines(chip: Chip, plane: int, count: int, line_bytes: int, baud: int, report: Callable[[int, int], None]) -> list[bytes]:
     """The first ``count`` lines of a plane, of so many bytes each; :class:`UserError` as of :func:`put_lines`."""
     requests = [Request(Operation.BLOCK, plane, line) for line in range(count)]
     lines: list[bytes] = []
@@ -88,8 +103,8 @@ def get_lines(chip: Chip, plane: int, count: int, line_bytes: int, report: Calla
         lines.extend([] if data is None else [data])
         return data is not None
 
-    most = max(1, min(_REQUESTS_AHEAD, chip.AHEAD_BYTES // (FRAME_BYTES + line_bytes + CRC_BYTES)))
-    _transfer(chip, requests, most, lambda number: chip.send(requests[number]), receive, report)
+    most = _ahead(chip, FRAME_BYTES + line_bytes + CRC_BYTES, baud, _REQUESTS_AHEAD)
+    _transfer(chip, requests, most, 10 * FRAME_BYTES / baud, lambda number: chip.send(requests[number]), receive, report)
     return lines
 
 

@@ -46,7 +46,8 @@ def pair(tmp_path, monkeypatch):
 
 def matched(port, *options, pair=("left.png", "right.png")):
     """The report of the command, which ends with status 0."""
-    assert run.main([*pair, "--hardware", port, "--timeout", "3", *options]) == 0
+    # A low rate lets the host send little ahead: a simulated line is slow.
+    assert run.main([*pair, "--hardware", port, "--timeout", "3", "--baud", "9600", *options]) == 0
     with open("build/run/report.json") as file:
         return json.load(file)
 
@@ -94,7 +95,7 @@ def test_method_recursive(tmp_path):
 def test_command(capsys):
     """A board at a port for whoever has none, of another size than the pair."""
     def wait(port):
-        assert f"is at {port}:\npython -m sim.run LEFT RIGHT --hardware {port} --timeout 5\n" in capsys.readouterr().out
+        assert f"is at {port}:\npython -m sim.run LEFT RIGHT --hardware {port} --baud 9600 --timeout 5\n" in capsys.readouterr().out
         assert matched(port)["mismatches"] == 0
         raise KeyboardInterrupt
     assert loop.main(["--width", str(WIDTH), "--height", str(HEIGHT), "--disparities", str(LABELS)], wait) == 0

@@ -27,9 +27,9 @@ _BAUD = 1_000_000
 #: Name of the top module.
 TOP = "loop_system"
 
-# A byte takes 160 clocks. As many pass in 10 ms in which the line is silent as the board waits for a byte.
-_IDLE_CLOCKS = 480
-_FRAME_CLOCKS = 10 * _IDLE_CLOCKS
+# A byte takes 160 clocks. In 4 ms in which the line is silent as many pass as the board waits for a byte: less than what the host pauses.
+_IDLE_CLOCKS = 1200
+_FRAME_CLOCKS = 4 * _IDLE_CLOCKS
 
 # Longest time until a simulator has started, seconds.
 _START_SECONDS = 60.0

@@ -43,20 +43,20 @@ def board(**faults):
 def test_lines_there_and_back():
     told = []
     line, chip = board()
-    put_lines(chip, LINES, lambda done, total: told.append((done, total)))
+    put_lines(chip, LINES, 3_000_000, lambda done, total: told.append((done, total)))
     assert told == [(number, HEIGHT) for number in range(1, HEIGHT + 1)]
     assert (line.device.pictures[0] == np.arange(HEIGHT)[:, None]).all()
     assert line.most == 64
     line.device.values["kept"] = 1
     line.most = 0
-    assert get_lines(chip, 0, HEIGHT, WIDTH, lambda done, total: None) == [data for _, _, data in LINES]
+    assert get_lines(chip, 0, HEIGHT, WIDTH, 3_000_000, lambda done, total: None) == [data for _, _, data in LINES]
     assert line.most == 8 and chip.repeated == 0
 
 
 def test_nothing_to_send():
     line, chip = board()
-    put_lines(chip, [], lambda done, total: None)
-    assert get_lines(chip, 0, 0, WIDTH, lambda done, total: None) == [] and line.most == 0
+    put_lines(chip, [], 3_000_000, lambda done, total: None)
+    assert get_lines(chip, 0, 0, WIDTH, 3_000_000, lambda done, total: None) == [] and line.most == 0
 
 
 def test_one_block_at_a_time_after_a_fault():
@@ -65,15 +65,23 @@ def test_one_block_at_a_time_after_a_fault():
     first = line.writes + 30
     line.to_board = lambda number, data: b"" if first <= number < first + 1 else data
     sizes = []
-    put_lines(chip, LINES, lambda done, total: sizes.append(line.writes))
+    put_lines(chip, LINES, 3_000_000, lambda done, total: sizes.append(line.writes))
     assert (line.device.pictures[0] == np.arange(HEIGHT)[:, None]).all() and chip.repeated == 1
     assert np.diff(sizes)[30:35].tolist() == [2, 3, 5, 9, 17]   # each good reply doubles what is on its way
+
+
+@pytest.mark.parametrize("baud, most", [(9600, 2), (115_200, 12), (921_600, 64)])
+def test_slow_lines_have_less_on_their_way(baud, most):
+    """28 bytes of a block in at most 30 ms: what an error costs ends before the host has given up."""
+    line, chip = board()
+    put_lines(chip, LINES, baud, lambda done, total: None)
+    assert line.most == most
 
 
 def test_many_faults_that_are_not_in_a_row():
     line, chip = board()
     line.to_board = lambda number, data: b"" if number % 23 == 0 else data
-    put_lines(chip, LINES, lambda done, total: None)
+    put_lines(chip, LINES, 3_000_000, lambda done, total: None)
     assert (line.device.pictures[0] == np.arange(HEIGHT)[:, None]).all() and chip.repeated > chip.ATTEMPTS
 
 

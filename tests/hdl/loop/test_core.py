@@ -204,8 +204,7 @@ def test_lost_byte_of_the_line():
         assert await bench.read("uart_errors") == 3
         for data in (BLOCK[:9], b"\xa5\x52"):
             await bench.send(data)
-            await bench.pause()
-            await bench.pause()     # the reply to a block that is cut short, and then silence
+            await bench.pause()     # after which the reply is sent to a block that is cut short, and the next one is good
             await bench.send(BLOCK)
         assert await bench.read("uart_errors") == 5
 
