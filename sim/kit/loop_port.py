@@ -27,9 +27,10 @@ _BAUD = 1_000_000
 #: Name of the top module.
 TOP = "loop_system"
 
-# A byte takes 160 clocks. In 4 ms in which the line is silent as many pass as the board waits for a byte: less than what the host pauses.
-_IDLE_CLOCKS = 1200
-_FRAME_CLOCKS = 4 * _IDLE_CLOCKS
+# A byte takes 160 clocks. The board waits for the next one for so many clocks that the simulator needs less time for them than a host
+# pauses after an error, with two waits of a millisecond in which nothing is on the line.
+_IDLE_CLOCKS = 400
+_FRAME_CLOCKS = 2 * _IDLE_CLOCKS
 
 # Longest time until a simulator has started, seconds.
 _START_SECONDS = 60.0
