@@ -69,9 +69,9 @@ def test_pair_and_console(thesis, tmp_path, capsys):
 @pytest.mark.parametrize("direction", ["to_board", "to_host"])
 @pytest.mark.parametrize("fault", ["lost", "doubled", "changed"])
 def test_faults(thesis, direction, fault):
-    """A byte in 200, after the registers that tell which board it is."""
+    """A byte in 211, after the registers that tell which board it is."""
     system, folder = thesis
-    with simulated_port(system, folder, faults={direction: {fault: 0.005, "after": 60}}) as port:
+    with simulated_port(system, folder, faults={direction: {"kind": fault, "every": 211, "after": 100}}) as port:
         report = matched(port)
     assert report["mismatches"] == 0 and report["repeated"] > 0
 

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from hdl.emit import verilog_text
+from hdl.resources.ecp5 import synthesise
 from hdl.yosys import Tool, run_yosys
 
 from .simulators import ROOT
@@ -15,11 +16,6 @@ from .simulators import ROOT
 __all__ = ["gate_level", "gates_of"]
 
 
-# What `hdl.resources.clock` gives to nextpnr is made by more steps, which choose between equal circuits; any netlist in JSON can be taken.
-_SYNTHESIS = """
-read_verilog design.v
-synth_ecp5 -top {top} -json design.json
-"""
 _WRITE = """
 read_json design.json
 hierarchy -top {top}
@@ -65,8 +61,8 @@ def gates_of(netlist: Path, top: str, folder: Path) -> Path:
 
 
 def gate_level(component: Any, top: str, folder: Path) -> Path:
-    """Verilog of a component after synthesis for an ECP5; see :func:`gates_of`."""
+    """Verilog of a component after synthesis for an ECP5, as boards are synthesised; see :func:`gates_of`."""
     folder.mkdir(parents=True, exist_ok=True)
     (folder / "design.v").write_text(verilog_text(component, name=top))
-    run_yosys(Tool.PYOSYS, _SYNTHESIS.format(top=top), folder)
+    synthesise(folder, top, lambda step: None)
     return gates_of(folder / "design.json", top, folder)

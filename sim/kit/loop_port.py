@@ -58,9 +58,8 @@ def simulated_port(system: LoopSystem, folder: Path, *, verilog: Path | None = N
     verilog : Path
         Of the same ports, in place of the system's own.
     faults : mapping
-        ``to_board`` and ``to_host``: probabilities of a byte that is ``lost``, ``doubled`` or ``changed``, and ``after`` and ``most`` (see
-        :class:`sim.kit.loop_port_tb.Line`). ``unplugged``: bytes of the host after which the port disappears. ``dead``: the board is in
-        reset.
+        ``to_board`` and ``to_host``: the ``kind``, ``every`` and ``after`` of :class:`sim.kit.loop_port_tb.Line`. ``unplugged``: bytes of
+        the host after which the port disappears. ``dead``: the board is in reset.
     """
     folder.mkdir(parents=True, exist_ok=True)
     source = verilog or write_verilog(system, folder / f"{TOP}.v", name=TOP)

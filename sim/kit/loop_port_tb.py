@@ -2,7 +2,6 @@
 
 import json
 import os
-import random
 import select
 import tty
 from pathlib import Path
@@ -21,35 +20,25 @@ IDLE_CLOCKS = int(os.environ.get("IDLE_CLOCKS", "1"))
 
 
 class Line:
-    """What happens to the bytes of a direction: each of ``lost``, ``doubled`` and ``changed`` is the probability of a byte, ``after`` the
-    number of bytes that pass before, ``most`` the number of faults.
-    """
-    def __init__(self, faults):
-        self.faults = {"after": 0, "most": 1 << 30, **faults}
-        self.rng = random.Random(1)
+    """What happens to the bytes of a direction: after ``after`` bytes each ``every``-th one is ``lost``, ``doubled`` or ``changed``."""
+    def __init__(self, kind="", every=1, after=1 << 30):
+        self.becomes = {"lost": lambda byte: [], "doubled": lambda byte: [byte, byte], "changed": lambda byte: [byte ^ 0x10]}.get(kind)
+        self.every, self.after = every, after
         self.count = 0
-        self.done = 0
 
     def pass_on(self, data):
         result = bytearray()
         for byte in data:
             self.count += 1
-            bytes_, place = bytes([byte]), self.rng.random()
-            if self.count > self.faults["after"] and self.done < self.faults["most"]:
-                for what, becomes in (("lost", b""), ("doubled", bytes([byte, byte])), ("changed", bytes([byte ^ 1 << self.count % 8]))):
-                    if 0 <= place < self.faults.get(what, 0):
-                        bytes_ = becomes
-                        self.done += 1
-                        break
-                    place -= self.faults.get(what, 0)
-            result += bytes_
+            at = self.count - self.after
+            result.extend(self.becomes(byte) if self.becomes and at > 0 and at % self.every == 0 else [byte])
         return bytes(result)
 
 
 @cocotb.test()
 async def port(dut):
     faults = json.loads(os.environ["LOOP_FAULTS"])
-    to_board, to_host = (Line(faults.get(direction, {})) for direction in ("to_board", "to_host"))
+    to_board, to_host = (Line(**faults.get(direction, {})) for direction in ("to_board", "to_host"))
     dut.uart_rx.value = 1
     dut.rst.value = 1
     cocotb.start_soon(Clock(dut.clk, CLOCK_NS, "ns", impl="gpi").start())
