@@ -77,7 +77,7 @@ class Board:
         """:class:`UserError` unless the board computes ``config``, and holds pictures of that size."""
         registers = self.chip.registers
         method = list(METHODS)[registers["method"].reset]
-        if config.method.name != method:
+        if method != config.method.name:
             raise UserError(f"the board holds the method {method}, the command says {config.method.name}; say --method {method}, or build "
                             f"again with --method {config.method.name}")
         if config.labels != self.labels:

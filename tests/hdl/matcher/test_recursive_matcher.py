@@ -47,8 +47,9 @@ def words_of(pair, config):
     (config_of(6, 50, spread_step=1, spread_jump=127, gate_floor=127, above_share=15, cost_limit=9), 50, 4, 0.0),
     (config_of(2, 1, from_below=True, reach=2, fan=3), 1, 1, 0.3),
     (config_of(3, 16, from_below=True, minimum=4, below_share=15), 11, 4, 0.0),
-    (config_of(3, 100, from_below=True, reach=3, fan=3, below_share=15), 100, 4, 0.0),      # at full rate, line behind line
-    (config_of(10, 40, from_below=True, census_rows=3, census_columns=3), 40, 4, 0.6),     # two groups
+    # Slow: at full rate, line behind line, as `test_frame_clocks` has them; two groups, as 11 labels have.
+    pytest.param(config_of(3, 100, from_below=True, reach=3, fan=3, below_share=15), 100, 4, 0.0, marks=pytest.mark.slow),
+    pytest.param(config_of(10, 40, from_below=True, census_rows=3, census_columns=3), 40, 4, 0.6, marks=pytest.mark.slow),
     pytest.param(config_of(6, 60, from_below=True, near_threshold=40, far_threshold=30, step_threshold=50, reach=31), 50, 5, 0.3,
                  marks=pytest.mark.slow),
     (config_of(6, 24, from_below=True, check=False, minimum=-5, lower_share=0, own_share=7), 24, 3, 0.0),
