@@ -16,13 +16,15 @@ from .source import SLOTS, Entry, Step
 __all__ = ["ArmSource", "LowerPixel", "Mean", "Summand", "SupportedPixel", "Supports", "share_of", "sparing_delay"]
 
 
-# Words of as many bits in flight are delayed in registers: here a memory block is scarcer than these.
-_SMALL_DELAY = 200
+# As many bits in flight for each memory block side by side are delayed in registers: here a block is scarcer than these.
+_SMALL_DELAY = 240
+_BLOCK_WIDTH = 36  # bits of the widest word of an M9K
 
 
 def sparing_delay(shape: ShapeLike, clocks: int, *, clean: bool = False) -> Delay:
     """A :class:`hdl.parts.delay.Delay` that takes a memory block only for more than a few words."""
-    return Delay(shape, clocks, clean=clean, registers=clocks * Shape.cast(shape).width <= _SMALL_DELAY)
+    width = Shape.cast(shape).width
+    return Delay(shape, clocks, clean=clean, registers=clocks * width <= _SMALL_DELAY * -(-width // _BLOCK_WIDTH))
 
 
 def share_of(m: Module, config: MatcherConfig, name: str, value: Value, share: Value) -> Signal:
@@ -224,7 +226,7 @@ class Supports(wiring.Component):
         m.d.comb += [given.eq(pixel), given.step.eq(shown[1]), given.in_picture.eq(pixel.in_picture & shown[1])]
         rest = self.latency + 1 - ArmSource.LATENCY - 2
         m.submodules.mean = mean_later = sparing_delay(outputs, rest)
-        m.submodules.pixel = pixel_later = Delay(shape, rest, clean=True)
+        m.submodules.pixel = pixel_later = sparing_delay(shape, rest, clean=True)
         m.d.comb += [
             mean_later.i.eq(given_mean), self.mean.eq(mean_later.o.mean), self.centre.eq(mean_later.o.centre),
             pixel_later.i.eq(given), self.pixel.eq(pixel_later.o),
