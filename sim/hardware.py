@@ -5,20 +5,20 @@ import contextlib
 import functools
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
-from rich.table import Table
 
-from golden.cli import described, progress
+from golden.cli import progress
 from golden.config import MatcherConfig
 from golden.errors import UserError
 from golden.host.loop_registers import LOOP_BAUD, result_bytes
-from golden.tables import print_table
 from hdl.host.chip import Chip, SerialPort, Transport
 from hdl.host.loop import Board, BoardRun
 from hdl.host.transfer import seconds_of_pair
 
+from .figures import common_report, print_figures
 from .kit.harness import Result
 
 
@@ -81,33 +81,23 @@ def board_report(run: BoardRun, config: MatcherConfig, options: argparse.Namespa
     height, width = run.fields["disparity"].shape
     baud = options.baud or LOOP_BAUD
     return {
-        "method": config.method.name, "arithmetic": str(config.method.arithmetic), "method_parameters": config.method.about(),
-        "minimum": config.minimum, "hardware": options.hardware, "baud": baud, "width": width, "height": height,
-        "disparities": config.labels, "mismatches": wrong, "clocks_per_pixel": round(run.clocks / (width * height), 4),
-        "clocks": run.clocks,
+        **common_report(config, height, width, run.clocks, wrong), "hardware": options.hardware, "baud": baud,
+        "clocks_per_pixel": round(run.clocks / (width * height), 4),
         "put_seconds": round(run.put_seconds, 4), "match_seconds": round(run.match_seconds, 4), "get_seconds": round(run.get_seconds, 4),
         "frames_per_second": round(1 / run.seconds, 3), "repeated": run.repeated,
         "line_frames_per_second": round(1 / seconds_of_pair(width, height, result_bytes(config), baud), 3),
     }
 
 
-def print_board(report: dict, config: MatcherConfig) -> None:
+def print_board(report: dict, config: MatcherConfig, folder: Path) -> None:
     """The figures, as a table on stdout."""
-    table = Table()
-    table.add_column("figure")
-    table.add_column("value", justify="right")
-    table.add_row("mismatching pixels against golden", f"{report['mismatches']}")
-    table.add_row("frames/s, sent, matched and read", f"{report['frames_per_second']:.2f}")
-    table.add_row(f"frames/s that the line allows at {report['baud']:,} baud", f"{report['line_frames_per_second']:.2f}")
-    table.add_row("clocks of the board for the pair", f"{report['clocks']}")
-    table.add_row("clocks per pixel", f"{report['clocks_per_pixel']:.3f}")
-    for name, what in (("put", "to send the pair"), ("match", "until it was matched"), ("get", "to read the result")):
-        table.add_row(f"seconds {what}", f"{report[f'{name}_seconds']:.3f}")
-    table.add_row("requests and blocks repeated", f"{report['repeated']}")
-    if "passed_percent" in report:
-        table.add_row("pixels that pass the left-right check", f"{report['passed_percent']:.0f} %")
-    if "bad_pixels_percent" in report:
-        table.add_row("bad pixels, error above 1 pixel", f"{report['bad_pixels_percent']:.2f} %")
-    size = f"{report['width']}x{report['height']} pixels, {report['disparities']} disparities"
-    print(f"{size}, {described(config)}, board at {report['hardware']}:")
-    print_table(table)
+    print_figures(report, config, f"board at {report['hardware']}", (
+        ("frames/s, sent, matched and read", f"{report['frames_per_second']:.2f}"),
+        (f"frames/s that the line allows at {report['baud']:,} baud", f"{report['line_frames_per_second']:.2f}"),
+        ("clocks of the board for the pair", f"{report['clocks']}"),
+        ("clocks per pixel", f"{report['clocks_per_pixel']:.3f}"),
+        ("seconds to send the pair", f"{report['put_seconds']:.3f}"),
+        ("seconds until it was matched", f"{report['match_seconds']:.3f}"),
+        ("seconds to read the result", f"{report['get_seconds']:.3f}"),
+        ("requests and blocks repeated", f"{report['repeated']}"),
+    ), folder)

@@ -14,9 +14,8 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
-from rich.table import Table
 
-from golden.cli import Parser, add_gateware_options, described, gateware_config, progress
+from golden.cli import Parser, add_gateware_options, gateware_config, progress
 from golden.config import MatcherConfig
 from golden.errors import UserError, run_cli
 from golden.files import output_folder, remove_stale, write_json
@@ -26,9 +25,9 @@ from golden.pictures.dataset import StereoPair, motorcycle
 from golden.pictures.images import colour_map, read_pair, write_picture
 from golden.pictures.metrics import bad_pixels
 from golden.pictures.white import add_white_option, check_white
-from golden.tables import print_table
 from hdl.host.loop import Board
 
+from .figures import common_report, print_figures
 from .hardware import Connect, add_hardware_options, as_result, board_report, match_shown, opened, print_board, serial_port
 from .kit.harness import Result, mismatches, simulate
 from .kit.simulators import SIMULATORS, SimulationError, require
@@ -113,24 +112,14 @@ def simulate_shown(config: MatcherConfig, left: NDArray[np.uint8], right: NDArra
 
 def _print(report: dict, config: MatcherConfig, folder: Path) -> None:
     """The figures, as a table on stdout."""
-    table = Table()
-    table.add_column("figure")
-    table.add_column("value", justify="right")
-    table.add_row("mismatching pixels against golden", f"{report['mismatches']}")
-    table.add_row("clocks per pixel", f"{report['clocks_per_pixel']:.3f}")
-    table.add_row("latency, clocks", f"{report['latency_clocks']}")
-    table.add_row("simulated clocks", f"{report['clocks']}")
-    table.add_row("simulated clocks per second", f"{report['clocks_per_second']:.0f}")
-    table.add_row("seconds of simulation", f"{report['seconds']:.2f}")
-    table.add_row("seconds of Verilog output and build", f"{report['build_seconds']:.1f}")
-    if "passed_percent" in report:
-        table.add_row("pixels that pass the left-right check", f"{report['passed_percent']:.0f} %")
-    if "bad_pixels_percent" in report:
-        table.add_row("bad pixels, error above 1 pixel", f"{report['bad_pixels_percent']:.2f} %")
-    size = f"{report['width']}x{report['height']} pixels, {report['disparities']} disparities"
-    print(f"{size}, {described(config)}, {report['engine']} engine, {report['simulator']}:")
-    print_table(table)
-    print(f"Results are in {folder}: disparity.png to look at, report.json for the figures.")
+    print_figures(report, config, f"{report['engine']} engine, {report['simulator']}", (
+        ("clocks per pixel", f"{report['clocks_per_pixel']:.3f}"),
+        ("latency, clocks", f"{report['latency_clocks']}"),
+        ("simulated clocks", f"{report['clocks']}"),
+        ("simulated clocks per second", f"{report['clocks_per_second']:.0f}"),
+        ("seconds of simulation", f"{report['seconds']:.2f}"),
+        ("seconds of Verilog output and build", f"{report['build_seconds']:.1f}"),
+    ), folder)
 
 
 def _main(connect: Connect, argv: Sequence[str] | None) -> int:
@@ -157,8 +146,7 @@ def _match(folder: Path, options: argparse.Namespace, board: Board, config: Matc
     wrong = mismatches(result, 0, left, right, config)
     report = board_report(run, config, options, wrong) | _quality(result, config, pair)
     _write(folder, left, right, result, config, report)
-    print_board(report, config)
-    print(f"Results are in {folder}: disparity.png to look at, report.json for the figures.")
+    print_board(report, config, folder)
     note_order(left, right, config)
     return 1 if wrong else 0
 
@@ -191,13 +179,11 @@ def _simulate(folder: Path, options: argparse.Namespace, config: MatcherConfig, 
     height, width = left.shape
     frame = result.frames[0]
     report = {
-        "engine": str(config.engine), "method": config.method.name, "arithmetic": str(config.method.arithmetic),
-        "method_parameters": config.method.about(), "minimum": config.minimum, "simulator": options.simulator,
-        "width": width, "height": height, "disparities": config.labels, "mismatches": wrong,
+        **common_report(config, height, width, result.report["clocks"], wrong),
+        "engine": str(config.engine), "simulator": options.simulator,
         "clocks_per_pixel": round(frame.clocks_per_pixel, 4), "latency_clocks": frame.latency,
         "clocks_per_second": round(result.clocks_per_second), "seconds": round(result.seconds, 3),
-        "clocks": result.report["clocks"], "build_seconds": round(result.build_seconds, 3),
-        "total_seconds": round(time.perf_counter() - start, 3),
+        "build_seconds": round(result.build_seconds, 3), "total_seconds": round(time.perf_counter() - start, 3),
     }
     report |= _quality(result, config, pair)
     _write(folder, left, right, result, config, report)
