@@ -1,7 +1,8 @@
 """Clock rate of a component, placed and routed by nextpnr for an ECP5: a stand-in, because no open tool routes a Cyclone III.
 
 It begins with the Verilog that is delivered. Between synthesis and place and route, registers behind memory blocks become those of the
-blocks, :mod:`hdl.resources.output_registers`, and memories of labels get their places, :mod:`hdl.resources.floorplan`.
+blocks, :mod:`hdl.resources.output_registers`, those around multipliers become those of the multipliers,
+:mod:`hdl.resources.multiplier_registers`, and memories of labels get their places, :mod:`hdl.resources.floorplan`.
 """
 
 import json
@@ -20,6 +21,7 @@ from ..emit import verilog_text
 from ..netlist import Netlist, read_netlist, set_attribute
 from .ecp5 import run_nextpnr, synthesise
 from .floorplan import floor_plan, selection_plan
+from .multiplier_registers import absorb_multiplier_registers
 from .output_registers import absorb_output_registers
 from .paths import PathClass, path_classes
 
@@ -127,7 +129,8 @@ def place_and_route(component: Any, report: Callable[[str], None] = lambda step:
         folder = Path(temporary)
         (folder / "design.v").write_text(verilog_text(component, name=top))
         types, soft = synthesise(folder, top, report)
-        absorb_output_registers(folder / "design.json", top)
+        for absorb in (absorb_output_registers, absorb_multiplier_registers):
+            absorb(folder / "design.json", top)
         _plan(folder / "design.json", top)
         # Relative names: the tool runs in a sandbox that sees the working folder only.
         arguments = ["--85k", "--speed", "6", "--package", "CABGA756", "--router", "router1", "--timing-allow-fail",

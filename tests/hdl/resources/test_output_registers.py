@@ -1,9 +1,6 @@
 """Registers behind memory blocks, moved into them: what may be, what may not, and that nothing else changes."""
 
 import copy
-import json
-import re
-import subprocess
 
 import pytest
 from amaranth import *
@@ -16,10 +13,7 @@ from hdl.parts.delay import Delay, StreamRegister
 from hdl.parts.queue import Queue
 from hdl.resources.ecp5 import synthesise
 from hdl.resources.output_registers import absorb_output_registers
-from sim.kit.gate_level import gates_of
-
-
-CLOCK, ENABLE = 2, 3
+from tests.hdl.resources.ecp5_cells import CLOCK, ENABLE, moved_by, printed, register
 
 
 def memory(outputs, width=18):
@@ -31,19 +25,8 @@ def memory(outputs, width=18):
     return {"type": "DP16KD", "parameters": parameters, "port_directions": directions, "connections": connections}
 
 
-def register(d, q, enable=None, **changed):
-    parameters = {"CEMUX": "1 " if enable is None else "CE", "CLKMUX": "CLK", "LSRMUX": "LSR", "REGSET": "RESET"}
-    connections = {"CLK": [CLOCK], "DI": [d], "LSR": ["0"], "Q": [q]} | ({} if enable is None else {"CE": [enable]})
-    for name, value in changed.items():
-        (parameters if name in parameters else connections)[name] = value
-    return {"type": "TRELLIS_FF", "parameters": parameters, "port_directions": {"Q": "output"}, "connections": connections}
-
-
 def absorbed(path, cells, ports=()):
-    ports = {f"p{bit}": {"direction": "output", "bits": [bit]} for bit in ports}
-    path.write_text(json.dumps({"modules": {"top": {"ports": ports, "cells": cells, "netnames": {}}}}))
-    moved = absorb_output_registers(path, "top")
-    return moved, json.loads(path.read_text())["modules"]["top"]["cells"]
+    return moved_by(absorb_output_registers, path, cells, ports)
 
 
 @pytest.mark.parametrize("enable", [None, ENABLE])
@@ -140,15 +123,7 @@ def test_netlists_give_the_same(tmp_path):
     """Both netlists on Icarus, cycle by cycle, through a reset."""
     (tmp_path / "design.v").write_text(verilog_text(Memories(), name="top"))
     synthesise(tmp_path, "top", lambda step: None)
-    printed = []
-    for name, moved in (("before", 0), ("after", 48)):
-        folder = tmp_path / name
-        folder.mkdir()
-        assert not moved or absorb_output_registers(tmp_path / "design.json", "top") == moved
-        gates = gates_of(tmp_path / "design.json", "top", folder)
-        gates.write_text(re.sub(r"\$error\(.*\);", "", gates.read_text()))  # Icarus has none in a module
-        (folder / "bench.v").write_text(BENCH)
-        subprocess.run(["iverilog", "-g2012", "-s", "bench", "-o", "bench", "bench.v", gates.name], cwd=folder, check=True,
-                       capture_output=True)
-        printed.append(subprocess.run(["vvp", "bench"], cwd=folder, check=True, capture_output=True, text=True).stdout.splitlines())
-    assert printed[0] == printed[1] and len(set(printed[0])) > 900
+    before = printed(tmp_path / "design.json", BENCH, tmp_path / "before")
+    assert absorb_output_registers(tmp_path / "design.json", "top") == 48
+    after = printed(tmp_path / "design.json", BENCH, tmp_path / "after")
+    assert before == after and len(set(before)) > 900
