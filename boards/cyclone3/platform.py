@@ -14,7 +14,9 @@ from amaranth.build.run import BuildPlan
 from amaranth.hdl import Fragment
 from amaranth.lib.cdc import AsyncFFSynchronizer, FFSynchronizer
 from amaranth.vendor import AlteraPlatform
+from amaranth_boards.resources import ButtonResources, LEDResources, SwitchResources, UARTResource
 
+from ..altera.bitec import dvi_card, quad_video_card
 from ..environment import no_overrides
 from .synchronizers import async_ff_synchronizer, ff_synchronizer
 
@@ -45,19 +47,12 @@ BANK_VOLTS = {1: 2.5, 2: 2.5, 3: 1.8, 4: 1.8, 5: 2.5, 6: 2.5, 7: 1.8, 8: 1.8}
 CLOCK_BALLS = frozenset(("A14", "A15", "B14", "B15", "AG14", "AG15", "AH14", "AH15", "J1", "J2", "J27", "J28", "Y1", "Y2", "Y27", "Y28"))
 
 
-def _pins(*signals: str, dir: str, cls: type = Pins) -> Pins:
-    """Balls of signals of the board itself."""
-    return cls(" ".join(_PINS[signal]["ball"] for signal in signals), dir=dir)
+def _balls(*signals: str) -> str:
+    return " ".join(_PINS[signal]["ball"] for signal in signals)
 
 
-def _card(*signals: str, dir: str) -> Pins:
-    """Pins of the connector that carries these signals of a card."""
-    pins = [_PINS[signal]["hsmc"] for signal in signals]
-    return Pins(" ".join(pin[1:] for pin in pins), dir=dir, conn=("hsmc", "AB".index(pins[0][0])))
-
-
-def _bus(signal: str, width: int, first: int = 0) -> list[str]:
-    return [f"{signal}[{bit}]" for bit in range(first, first + width)]
+def _bus(signal: str, width: int) -> str:
+    return _balls(*(f"{signal}[{bit}]" for bit in range(width)))
 
 
 _V18 = Attrs(io_standard="1.8 V")
@@ -67,36 +62,6 @@ _V25 = Attrs(io_standard="2.5 V")
 _COMMAND = Attrs(io_standard="SSTL-18 CLASS I", current_strength_new="MAXIMUM CURRENT")
 _STROBE  = Attrs(io_standard="SSTL-18 CLASS I", current_strength_new="12MA")
 _DATA    = Attrs(io_standard="SSTL-18 CLASS I", current_strength_new="12MA", output_enable_group="1")
-_INPUT_REGISTER  = Attrs(fast_input_register="ON")
-_OUTPUT_REGISTER = Attrs(fast_output_register="ON")
-_PULL_UP = Attrs(weak_pull_up_resistor="ON")
-
-
-def _camera(number: int, channel: int) -> Resource:
-    """A channel of the video decoder: eight bits at each rising edge of the channel's clock."""
-    prefix = f"BITEC_QV_CH{channel}_IN_"
-    return Resource("camera", number,
-        Subsignal("clk", _card(f"{prefix}CLK", dir="i"), Clock(27e6)),
-        Subsignal("data", _card(*_bus(f"{prefix}D", 8), dir="i"), _INPUT_REGISTER),
-        _V25)
-
-
-def _dvi() -> Resource:
-    """The DVI transmitter: pixels, levels that configure it, and its I2C bus."""
-    prefix = "BITEC_DVI_IO_OUT"
-    return Resource("dvi", 0,
-        Subsignal("clk", _card(f"{prefix}_IDCKp", dir="o")),
-        Subsignal("clk_n", _card(f"{prefix}_IDCKn", dir="o")),
-        *[Subsignal(name, _card(*_bus(prefix, 8, first), dir="o"), _OUTPUT_REGISTER)
-          for name, first in (("blue", 0), ("green", 8), ("red", 16))],
-        *[Subsignal(name.lower(), _card(f"{prefix}_{name}", dir="o"), _OUTPUT_REGISTER) for name in ("DE", "HSYNC", "VSYNC")],
-        Subsignal("power_up", _card(f"{prefix}_DVI_PD", dir="o")),
-        Subsignal("isel", _card(f"{prefix}_DVI_ISEL", dir="o")),
-        Subsignal("dken", _card(f"{prefix}_DVI_DKEN", dir="o")),
-        Subsignal("ctl", _card(*(f"{prefix}_DVI_CTL{n}" for n in (1, 2, 3)), dir="o")),
-        Subsignal("scl", _card(f"{prefix}_DVI_CLK", dir="io"), _PULL_UP),
-        Subsignal("sda", _card(f"{prefix}_DVI_DAT", dir="io"), _PULL_UP),
-        _V25)
 
 
 class Cyclone3Platform(AlteraPlatform):
@@ -123,34 +88,25 @@ class Cyclone3Platform(AlteraPlatform):
     device, package, speed, suffix = "EP3C120", "F780", "C7", ""
     default_clk, default_rst = "clk50", "rst"
     resources = (
-        Resource("clk50", 0, _pins("clkin_50", dir="i"), Clock(OSCILLATOR_HZ), _V18),
-        Resource("rst", 0, _pins("cpu_resetn", dir="i", cls=PinsN), _V25),
-        *[Resource("led", n, _pins(f"user_led[{n}]", dir="o", cls=PinsN), _V18) for n in range(8)],
-        *[Resource("button", n, _pins(f"user_pb[{n}]", dir="i", cls=PinsN), _V18) for n in range(4)],
-        *[Resource("switch", n, _pins(f"user_dipsw[{n}]", dir="i"), _V18) for n in range(8)],
-        _camera(0, 1),
-        _camera(1, 2),
-        Resource("decoder", 0,
-            Subsignal("reset_n", _card("BITEC_QV_RESETB", dir="o")),
-            Subsignal("powerdown_n", _card("BITEC_QV_PDN", dir="o")),
-            Subsignal("scl", _card("BITEC_QV_TVP5154_SCL", dir="io"), _PULL_UP),
-            Subsignal("sda", _card("BITEC_QV_TVP5154_SDA", dir="io"), _PULL_UP),
-            _V25),
-        _dvi(),
+        Resource("clk50", 0, Pins(_balls("clkin_50"), dir="i"), Clock(OSCILLATOR_HZ), _V18),
+        Resource("rst", 0, PinsN(_balls("cpu_resetn"), dir="i"), _V25),
+        *LEDResources(pins=_bus("user_led", 8), invert=True, attrs=_V18),
+        *ButtonResources(pins=_bus("user_pb", 4), invert=True, attrs=_V18),
+        *SwitchResources(pins=_bus("user_dipsw", 8), attrs=_V18),
+        *quad_video_card(1, [1, 2], _V25),
+        dvi_card(0, _V25),
+        # The package has no helper for DDR2: that of DDR3 wants a reset and differential strobes.
         Resource("ddr2", 0,
-            Subsignal("clk", _pins("ddr2_ck_p[0]", dir="io"), Attrs(pad_to_core_delay="0"), _STROBE),
-            Subsignal("clk_n", _pins("ddr2_ck_n[0]", dir="io"), _STROBE),
-            *[Subsignal(name, _pins(f"ddr2bot_{signal}", dir="o"), _COMMAND)
+            Subsignal("clk", Pins(_balls("ddr2_ck_p[0]"), dir="io"), Attrs(pad_to_core_delay="0"), _STROBE),
+            Subsignal("clk_n", Pins(_balls("ddr2_ck_n[0]"), dir="io"), _STROBE),
+            *[Subsignal(name, Pins(_balls(f"ddr2bot_{signal}"), dir="o"), _COMMAND)
               for name, signal in (("cke", "cke"), ("cs_n", "csn"), ("ras_n", "rasn"), ("cas_n", "casn"), ("we_n", "wen"), ("odt", "odt"))],
-            Subsignal("addr", _pins(*_bus("ddr2bot_a", 13), dir="o"), _COMMAND),
-            Subsignal("ba", _pins(*_bus("ddr2bot_ba", 2), dir="o"), _COMMAND),
-            Subsignal("dq", _pins(*_bus("ddr2_dq", 32), dir="io"), _DATA),
-            Subsignal("dqs", _pins(*_bus("ddr2_dqs", 4), dir="io"), _DATA),
-            Subsignal("dm", _pins(*_bus("ddr2_dm", 4), dir="o"), _DATA)),
-        Resource("uart", 0,
-            Subsignal("rx", _pins("clkin_sma", dir="i")),
-            Subsignal("tx", _pins("clkout_sma", dir="o")),
-            _V18),
+            Subsignal("addr", Pins(_bus("ddr2bot_a", 13), dir="o"), _COMMAND),
+            Subsignal("ba", Pins(_bus("ddr2bot_ba", 2), dir="o"), _COMMAND),
+            Subsignal("dq", Pins(_bus("ddr2_dq", 32), dir="io"), _DATA),
+            Subsignal("dqs", Pins(_bus("ddr2_dqs", 4), dir="io"), _DATA),
+            Subsignal("dm", Pins(_bus("ddr2_dm", 4), dir="o"), _DATA)),
+        UARTResource(0, rx=_balls("clkin_sma"), tx=_balls("clkout_sma"), attrs=_V18),
     )
     connectors = tuple(
         Connector("hsmc", number, {row["hsmc"][1:]: row["ball"] for row in _PINS.values() if row["hsmc"].startswith(letter)})
