@@ -1,4 +1,4 @@
-"""Count the resources of the matcher, or of the whole chip, on a Cyclone III: ``python -m hdl.resources``."""
+"""Count what the Verilog of the matcher, or of the whole chip, takes of a Cyclone III: ``python -m hdl.resources``."""
 
 import json
 import sys
@@ -65,7 +65,7 @@ def _run(argv: Sequence[str] | None) -> int:
     size = options.width, options.height, options.disparities
     what = "System" if options.system else "Matcher"
     title = f"{what}, {config.engine} engine, {described(config)}, {'x'.join(map(str, size))}"
-    with Console(stderr=True).status("writing RTLIL") as status:
+    with Console(stderr=True).status("writing Verilog") as status:
         component = StereoSystem(config, DISPLAYS[DEFAULT_DISPLAY], rig=RigConfig()) if options.system else Matcher(config)
         name = what.lower()
         if options.estimate:

@@ -1,4 +1,4 @@
-"""A component mapped to the elements of a Cyclone III, by Yosys passes."""
+"""The Verilog of a component, as it is delivered, mapped to the elements of a Cyclone III by Yosys passes."""
 
 import re
 import tempfile
@@ -7,12 +7,12 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from ..emit import rtlil_text
+from ..emit import verilog_text
 from ..netlist import Netlist, read_netlist
 from ..yosys import Tool, run_yosys
 
 
-__all__ = ["Mapped", "Memory", "block_of", "map_cyclone3", "marked_rtlil"]
+__all__ = ["Mapped", "Memory", "block_of", "map_cyclone3"]
 
 
 _FILES = Path(__file__).parent / "cyclone3"
@@ -20,11 +20,20 @@ _FILES = Path(__file__).parent / "cyclone3"
 # Marks the block of a cell in the attribute that usually holds a line of the source: Yosys's passes preserve it.
 _MARK = "block="
 
+# A copy of a module for each place where it is, named after its path.
+_INSTANCES = """
+# reading
+read_verilog design.v
+hierarchy -check -top {top}
+uniquify
+write_rtlil instances.il
+"""
+
 # Comments name the steps, for the display of progress. `wreduce` and `opt -fine` make operands no wider than their values. Registers are
 # mapped before the tables, because ABC would map the logic between registers of different clock enables separately.
 _SCRIPT = """
-# reading
-read_rtlil design.il
+# elaborating
+read_rtlil marked.il
 read_verilog -lib {files}/cells.v
 hierarchy -check -top {top}
 proc
@@ -93,14 +102,16 @@ def block_of(attributes: Mapping[str, str]) -> str | None:
     return min(marks) if marks else None
 
 
-def marked_rtlil(component: Any, name: str) -> str:
-    """RTLIL of ``component`` in which every cell, process and memory is marked with the name of its module, which is its path."""
+def _marked(text: str) -> str:
+    """RTLIL in which every cell and process is marked with the name of its module, which is its path, in place of source lines."""
     lines: list[str] = []
-    module = name
-    for line in rtlil_text(component, name=name).splitlines():
+    module = ""
+    for line in text.splitlines():
+        if line.lstrip().startswith("attribute \\src "):
+            continue
         if line.startswith("module \\"):
-            module = line.removeprefix("module \\").strip()
-        elif line.startswith(("  cell ", "  process ", "  memory ")):
+            module = line.removeprefix("module \\")
+        elif line.startswith(("  cell ", "  process ")):
             lines.append(f'  attribute \\src "{_MARK}{module}"')
         lines.append(line)
     return "\n".join(lines) + "\n"
@@ -117,10 +128,12 @@ def _memories(text: str) -> dict[str, int]:
 
 
 def map_cyclone3(component: Any, name: str, report: Callable[[str], None] = lambda step: None) -> Mapped:
-    """Map ``component``, flattened, to Cyclone III elements."""
+    """Map ``component``, flattened, to Cyclone III elements, beginning with its Verilog, :func:`hdl.emit.verilog_text`."""
     with tempfile.TemporaryDirectory(prefix="resources-") as temporary:
         folder = Path(temporary)
-        (folder / "design.il").write_text(marked_rtlil(component, name))
+        (folder / "design.v").write_text(verilog_text(component, name=name))
+        run_yosys(Tool.PYOSYS, _INSTANCES.format(top=name), folder, report)
+        (folder / "marked.il").write_text(_marked((folder / "instances.il").read_text()))
         run_yosys(Tool.PYOSYS, _SCRIPT.format(files=_FILES, top=name), folder, report)
         written = _memories((folder / "memories.il").read_text())
         small = _memories((folder / "small_memories.il").read_text())

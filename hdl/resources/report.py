@@ -37,11 +37,11 @@ def counting(count: Count) -> str:
     kinds = count.kinds
     total = count.total.logic_elements
     return (
-        f"Method: flattened and mapped by Yosys and ABC; no vendor tool took part. {kinds['tables']:,} tables of 4 inputs, "
-        f"{kinds['carry_elements']:,} carry elements (one a bit; one more where a carry goes to more than one place) and "
-        f"{kinds['registers']:,} registers, of which {kinds['packed_registers']:,} share the element that feeds them. A register shares "
-        "even if its element feeds others too: an element of this family has both outputs. Clock enable and synchronous clear need "
-        "no table. "
+        "Method: the Verilog as it is delivered, flattened and mapped by Yosys and ABC; no vendor tool took part. "
+        f"{kinds['tables']:,} tables of 4 inputs, {kinds['carry_elements']:,} carry elements (one a bit; one more where a carry goes to "
+        f"more than one place) and {kinds['registers']:,} registers, of which {kinds['packed_registers']:,} share the element that feeds "
+        "them. A register shares even if its element feeds others too: an element of this family has both outputs. Clock enable and "
+        "synchronous clear need no table. "
         f"{kinds['registers_in_blocks']:,} registers are those that multipliers and memory blocks have at their outputs. "
         "A table counts for the block that it leads to; if these are several, for the block around them. "
         "Memory bits: words times bits of the memories in memory blocks; smaller ones are registers.\n"

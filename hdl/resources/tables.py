@@ -110,8 +110,9 @@ def _run(argv: Sequence[str] | None) -> int:
     text = [
         "# Tables 2 and 3 of the thesis, and ours", "",
         origin(command, inputs([*resources, *rate], small)), "",
-        "The count is ours, on Yosys passes; `python -m hdl.resources` states the method and its error, and counts each block. The",
-        "sequential engine is counted with the thesis's arithmetic, the streaming engine with `linear`.", "",
+        "The count is ours, on Yosys passes, from the Verilog as it is delivered; `python -m hdl.resources` states the method and its",
+        "error, and counts each block. The sequential engine is counted with the thesis's arithmetic, the streaming engine with `linear`.",
+        "",
         "## Table 2: resources", "", *resources, "",
         "## Table 3: rate", "",
         "Our rows are at the clock rate that nextpnr reaches on an ECP5-85F, speed 6, for the whole matcher: a stand-in, because no open",

@@ -8,7 +8,6 @@ import random
 import pytest
 from amaranth import *
 from amaranth.hdl import Mux
-from amaranth.lib import wiring
 from amaranth.lib.memory import Memory
 from amaranth.lib.wiring import In, Out
 
@@ -267,36 +266,7 @@ def test_mapping_is_exact(signed):
             f"y{n}": int(function(a, b)) % 256 for n, function in enumerate(functions[:-1] + low)}
 
 
-# --- Blocks ---
-
-class Inner(wiring.Component):
-    def __init__(self, width):
-        super().__init__({"a": In(width), "y": Out(width)})
-
-    def elaborate(self, platform):
-        m = Module()
-        m.d.sync += self.y.eq(self.y + self.a)
-        return m
-
-
-def test_blocks():
-    def build(c, m):
-        m.submodules.first = first = Inner(8)
-        m.submodules.second = second = Inner(12)
-        m.submodules.memory = memory = Memory(shape=12, depth=256, init=[])
-        read, write = memory.read_port(), memory.write_port()
-        # `a & b` leads to both blocks: it belongs to the one around them.
-        both = c.a & c.b
-        m.d.comb += [first.a.eq(both), second.a.eq(both), c.y.eq(read.data)]
-        m.d.comb += [write.en.eq(1), write.addr.eq(first.y), write.data.eq(second.y), read.addr.eq(c.a)]
-    result = counted(build, a=In(8), b=In(8), y=Out(12))
-    assert result.blocks == {
-        "top": Resources(logic_elements=8, memory_bits=3072, m9k=1),
-        "top.first": Resources(logic_elements=8),
-        "top.second": Resources(logic_elements=12),
-    }
-    assert result.total == Resources(28, 3072, 1, 0)
-
+# --- The report ---
 
 def test_tree():
     blocks = {"top": Resources(1), "top.s1": Resources(2), "top.s2": Resources(3),
@@ -307,8 +277,6 @@ def test_tree():
         "top.s1": (1, Resources(2)), "top.s2": (1, Resources(3)),
     }
 
-
-# --- The report ---
 
 def example():
     return Count({"matcher": Resources(100, 20, 3, 4), "matcher.bec": Resources(1, 2, 3, 4)},

@@ -34,11 +34,11 @@ COUNTS: dict[str, dict[str, tuple[int, int, int, int]]] = {
         "rectifier.right_ring.bank_10": (8, 1760, 1, 0),
         "rectifier.right_ring.bank_11": (8, 1760, 1, 0),
         "rectifier.weight_delay": (21, 182, 1, 0),
-        "rectifier.writer": (151, 0, 0, 0),
+        "rectifier.writer": (156, 0, 0, 0),
     },
     "balance": {
-        "balance": (509, 2048, 1, 0),
-        "balance.contrast": (475, 0, 0, 0),
+        "balance": (510, 2048, 1, 0),
+        "balance.contrast": (474, 0, 0, 0),
     },
 }
 
