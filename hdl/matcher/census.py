@@ -58,13 +58,9 @@ class CensusStage(Stage):
         """Cycles from a column to the census at it."""
         return 2 + self.config.refined.cost.census_columns // 2
 
-    def _threshold(self, m: Module, output: Value, centre: data.View) -> Value:
-        """Grey levels by which a neighbour must be darker, less one; in the cycle of ``output``."""
-        return Const(0)
-
-    def _darker(self, pixel: Value, centre: Value, threshold: Value) -> Value:
-        """Whether a neighbour has a bit."""
-        return pixel < centre
+    def _limits(self, m: Module, output: Value, centre: data.View) -> dict[str, Value]:
+        """Grey level of either picture below which a neighbour has a bit; in the cycle of ``output``."""
+        return {side: centre[side].line for side in ("left", "right")}
 
     def elaborate(self, platform: object) -> Module:
         m = Module()
@@ -107,7 +103,7 @@ class CensusStage(Stage):
                 m.d.sync += newest.eq(next_column)
 
         # Comparisons, straight into registers.
-        threshold = self._threshold(m, output, centre)
+        limits = self._limits(m, output, centre)
         first_row = (self.rows - self.config.refined.cost.census_rows) // 2
         names = line_names(self.rows)[first_row:self.rows - first_row]
         payload = data_register(m, self.o.payload)
@@ -115,9 +111,9 @@ class CensusStage(Stage):
             m.d.sync += self.o.valid.eq(0)
         with m.If(output):
             m.d.sync += [self.o.valid.eq(1), payload.below.eq(centre.below), *copy_flags(payload, centre)]
-            for side in ("left", "right"):
+            for side, limit in limits.items():
                 neighbours = [column[side][name] for name in names for column in window if not (name == "line" and column is centre)]
-                m.d.sync += payload[f"{side}_census"].eq(Cat(self._darker(pixel, centre[side].line, threshold) for pixel in neighbours))
+                m.d.sync += payload[f"{side}_census"].eq(Cat(pixel < limit for pixel in neighbours))
                 m.d.sync += [payload[side][name].eq(centre[side][name]) for name in line_names(3)]
             if self.config.refined.census_above:
                 m.d.sync += payload.above.eq(centre.left.minus2)
@@ -139,12 +135,10 @@ class BlindCensusStage(CensusStage):
     def __init__(self, config: MatcherConfig):
         super().__init__(config, threshold=In(3))
 
-    def _threshold(self, m: Module, output: Value, centre: data.View) -> Value:
+    def _limits(self, m: Module, output: Value, centre: data.View) -> dict[str, Value]:
         held = Signal.like(self.threshold, reset_less=True)
         now = Mux(centre.first, self.threshold, held)
         with m.If(output):
             m.d.sync += held.eq(now)
-        return now
-
-    def _darker(self, pixel: Value, centre: Value, threshold: Value) -> Value:
-        return pixel + threshold < centre
+        # Once for all neighbours: of each sum with one of them there would be an adder in front of every comparison.
+        return {side: line - now for side, line in super()._limits(m, output, centre).items()}

@@ -6,7 +6,7 @@ from amaranth import *
 from amaranth.hdl import ValueLike
 
 
-__all__ = ["add_all", "add_with_carry", "bit_length", "choose", "maximum", "multiply"]
+__all__ = ["add_all", "add_with_carry", "bit_length", "choose", "maximum", "multiply", "times"]
 
 
 def add_all(m: Module, terms: Sequence[tuple[Value, int]], name: str = "sum") -> tuple[Signal, int]:
@@ -103,3 +103,12 @@ def bit_length(value: Value) -> Value:
     for place in range(bits):
         length = Mux(value[place], place + 1, length)
     return length
+
+
+def times(value: Value, factor: int) -> Value:
+    """``value * factor`` as a sum of shifted values; combinational, and exact for any ``value`` and a ``factor`` from 0.
+
+    Synthesis may spend a multiplier on a product with a constant, and then have too few for others.
+    """
+    terms = [value << bit for bit in range(factor.bit_length()) if factor >> bit & 1]
+    return Value.cast(sum(terms[1:], terms[0])) if terms else Const(0)

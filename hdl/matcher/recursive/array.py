@@ -91,7 +91,9 @@ class RecursiveArray(wiring.Component):
         # Steps that complete no pixel, at a line's start: the one before it, those of the fan, the first column's.
         support = Supports.lag_of(config) + method.propagation.fan + 2
         to_means = RecursiveGroup.LOWER_SUMS + 1 + MeanGroup.latency_of(config) + RecursiveGroup.LATENCY
-        return support + to_means + TREE + len(recursive_groups(config))
+        written = support + to_means + TREE + len(recursive_groups(config))
+        # It is read in the next cycle at the earliest, and some cycles after the step that is behind.
+        return written + 1 - StepDelay.LATENCY - FromBelowSource.least_read()
 
     def elaborate(self, platform: object) -> Module:
         m = Module()

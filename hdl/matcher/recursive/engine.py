@@ -7,7 +7,7 @@ from amaranth.lib.wiring import In, Out
 from golden.config import PIXEL_BITS, MatcherConfig, Recursive
 
 from ...parts.arithmetic import bit_length
-from ...parts.delay import StreamRegister
+from ...parts.delay import SkidRegister, StreamRegister
 from ...parts.queue import Queue
 from ..lines import LineStore
 from ..settings import setting_shape
@@ -25,7 +25,7 @@ __all__ = ["RecursiveEngine"]
 
 
 # Pixels in flight beyond those in the pipelines: in the registers of the source's decision, of the delay of a step and of the queue.
-MARGIN = 14
+MARGIN = 15
 
 class Checked(data.StructLayout):
     """A label on its way to its check, with its fraction if disparities have fraction bits."""
@@ -99,7 +99,7 @@ class RecursiveEngine(wiring.Component):
     def latency(self) -> int:
         """Cycles from the issue of the last pixel that a label depends on to the label at ``o``, if nothing stalls."""
         behind = StepDelay.LATENCY if self.lines_below > 1 else 0
-        return 1 + behind + self._pipeline + LeftRightCheck.LATENCY + 2 + StreamRegister.LATENCY
+        return 1 + behind + self._pipeline + LeftRightCheck.LATENCY + Queue.LATENCY + StreamRegister.LATENCY + SkidRegister.LATENCY
 
     def latency_clocks(self, lines: int, line_clocks: int) -> int:
         """Bound of a label's latency beyond ``lines`` lines of a pixel a cycle, in cycles, behind a line store."""
@@ -174,16 +174,22 @@ class RecursiveEngine(wiring.Component):
             label = checked.o.label * method.disparity_scale + Mux(check.passed, checked.o.fraction, 0)
         m.submodules.queue = queue = Queue(LabelWord(config), self.queue_depth)
         m.submodules.register = register = StreamRegister(LabelWord(config))
+        m.submodules.output = output = SkidRegister(LabelWord(config))
+        # The first register is the memory block's, the other one lies at the next stage.
         wiring.connect(m, queue.o, register.i)
-        wiring.connect(m, register.o, wiring.flipped(self.o))
+        wiring.connect(m, register.o, output.i)
+        wiring.connect(m, output.o, wiring.flipped(self.o))
         m.d.comb += [
             queue.i.valid.eq(checked.o.valid), queue.i.p.label.eq(label), queue.i.p.passed.eq(check.passed),
             queue.i.p.size.eq(checked.o.size), queue.i.p.grey.eq(checked.o.grey), *copy_flags(queue.i.p, checked.o),
         ]
 
-        # Room for all in flight, decided a cycle ahead.
+        # Room for all in flight, decided two cycles ahead: the queue and the source are far apart.
         in_flight = Signal(range(self.queue_depth + 2))
+        room      = Signal()
         accepted = queue.o.valid & queue.o.ready
         completes = array.completes
-        m.d.sync += [in_flight.eq(in_flight + completes - accepted), source.go.eq(in_flight + completes < self.queue_depth - 3)]
+        m.d.sync += [
+            in_flight.eq(in_flight + completes - accepted), room.eq(in_flight + completes < self.queue_depth - 4), source.go.eq(room),
+        ]
         return m

@@ -11,7 +11,7 @@ from ...parts.delay import NO_COLLISION, Delay, data_register
 from .gates import GateTable, GateWord
 from .source import SLOTS, Step
 from .spread import SpreadGroup
-from .support import share_of
+from .support import JOINING, share_of
 
 
 __all__ = ["FromBelowGroup", "FromBelowSource", "LowerFinal", "LowerGate", "OwnSlot"]
@@ -64,6 +64,11 @@ class FromBelowSource(wiring.Component):
             "address": Out(slot), "pixel_least": Out(range(method.own_max + 1)), "gate": Out(LowerGate(config)), "own_address": Out(slot),
         })
 
+    @staticmethod
+    def least_read() -> int:
+        """Cycles from ``i`` to the read access of the least mean; a register is behind the memory."""
+        return FromBelowSource.ADDRESS + FromBelowGroup.LEAST - 2
+
     def elaborate(self, platform: object) -> Module:
         m = Module()
         config, step = self.config, self.i
@@ -77,7 +82,7 @@ class FromBelowSource(wiring.Component):
             slots.append(later)
         m.d.comb += [
             self.address.eq(slots[self.ADDRESS]), self.own_address.eq(slots[-1]),
-            read.addr.eq(slots[self.ADDRESS + FromBelowGroup.LEAST - 2]), read.en.eq(1),
+            read.addr.eq(slots[self.least_read()]), read.en.eq(1),
             write.addr.eq(self.write.slot), write.data.eq(self.least), write.en.eq(self.write.write),
         ]
         m.d.sync += data_register(m, self.pixel_least).eq(read.data)
@@ -128,7 +133,7 @@ class FromBelowGroup(wiring.Component):
     LEAST = 2
     GATE = LEAST + SpreadGroup.LATENCY
     OWN = GATE + 1
-    LATENCY = OWN + 3
+    LATENCY = OWN + JOINING
 
     def __init__(self, config: MatcherConfig, labels: range):
         self.config = config

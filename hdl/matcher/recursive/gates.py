@@ -30,7 +30,8 @@ class GateFill(wiring.Component):
 
     Width: exact.
 
-    Timing: ``busy`` from the cycle after ``start`` until all is written, at most :attr:`CLOCKS` cycles.
+    Timing: ``busy`` from the cycle after ``start`` until all is written, at most :attr:`CLOCKS` cycles. ``o`` is a register: the way to the
+    tables does not share a period with the comparison.
 
     Members
     -------
@@ -41,7 +42,7 @@ class GateFill(wiring.Component):
     busy : Out(1)
     """
     SETTINGS = ("gate_numerator", "gate_offset", "gate_floor")
-    CLOCKS = 1 + PIXEL_MAX + 1 + Propagation.LIMITS["spread_jump"][-1]
+    CLOCKS = 1 + PIXEL_MAX + 1 + 1 + Propagation.LIMITS["spread_jump"][-1]
 
     def __init__(self, config: MatcherConfig):
         self.config = config
@@ -63,12 +64,16 @@ class GateFill(wiring.Component):
         quotient   = Signal(range(jump + 1), reset_less=True)
         product    = Signal(range(jump * ((1 << len(self.gate_offset)) + PIXEL_MAX) + 1), reset_less=True)
         difference = Signal(PIXEL_BITS, reset_less=True)
-        m.d.comb += [
-            self.o.difference.eq(difference), self.o.gate.eq(Mux(settings.gate_floor > quotient, settings.gate_floor, quotient)),
+        word       = Signal(self.o.shape())
+        writes     = Signal()
+        m.d.sync += [
+            word.write.eq(writes), word.difference.eq(difference),
+            word.gate.eq(Mux(settings.gate_floor > quotient, settings.gate_floor, quotient)),
         ]
+        m.d.comb += [self.o.eq(word), self.busy.eq(word.write)]
         if jump < self.config.settings["gate_floor"].maximum:
             with m.If(settings.gate_floor > jump):
-                m.d.comb += self.o.gate.eq(jump)
+                m.d.sync += word.gate.eq(jump)
         with m.FSM():
             with m.State("idle"):
                 with m.If(self.start & (~whole | (now.as_value() != settings.as_value()))):
@@ -85,7 +90,7 @@ class GateFill(wiring.Component):
                 with m.If(product > settings.gate_numerator):
                     m.d.sync += [quotient.eq(quotient - 1), product.eq(product - divisor)]
                 with m.Else():
-                    m.d.comb += self.o.write.eq(1)
+                    m.d.comb += writes.eq(1)
                     m.d.sync += [difference.eq(difference + 1), divisor.eq(divisor + 1), product.eq(product + quotient)]
                     with m.If(difference == PIXEL_MAX):
                         m.d.sync += whole.eq(1)

@@ -19,7 +19,7 @@ from .from_below import FromBelowGroup, FromBelowSource, LowerFinal, LowerGate, 
 from .line_below import LineBelowGroup, LineBelowWave
 from .mean import MeanGroup
 from .source import SLOTS
-from .support import Mean, Summand, Supports, share_of
+from .support import JOINING, Mean, Summand, Supports, share_of
 
 
 __all__ = ["LABELS_PER_GROUP", "TREE", "Final", "LeastBeside", "RecursiveGroup", "recursive_groups"]
@@ -123,7 +123,7 @@ class RecursiveGroup(wiring.Component):
     # The costs of two lines, with the share of those from below, and the share of the costs from above meet two cycles after these are
     # there.
     SHARE = CarriedGroup.ABOVE
-    SUMS = SHARE + 3
+    SUMS = SHARE + JOINING
     CENTRE = 3
     LOWER_SUMS = SUMS - 1
     BELOW = LOWER_SUMS - LineBelowGroup.LATENCY

@@ -6,6 +6,7 @@ from amaranth.lib.wiring import In, Out
 
 from golden.config import MatcherConfig, Recursive
 
+from ...parts.arithmetic import times
 from ...parts.delay import Delay, data_register
 from ...parts.line_memory import LineMemory
 
@@ -80,7 +81,8 @@ class LineBelowGroup(wiring.Component):
                 centre, lower = (Signal(range(max(share, 1) * method.cost_max + 1), name=f"{name}_{line}_{n}", reset_less=True)
                                  for name, share in (("centre", shares.own_share), ("lower", shares.lower_share)))
                 m.d.sync += [
-                    centre.eq(cost[n] * shares.own_share), lower.eq(Mux(joined, lower_cost[n], cost[n]) * shares.lower_share),
+                    centre.eq(times(cost[n], shares.own_share)),
+                    lower.eq(times(Mux(joined, lower_cost[n], cost[n]), shares.lower_share)),
                     own[n].eq(centre + lower),
                 ]
         return m

@@ -9,7 +9,7 @@ from golden.config import GradedArms, MatcherConfig, Recursive
 
 from ...parts.arithmetic import multiply
 from ...parts.delay import NO_COLLISION, Delay
-from .support import Mean, Summand, Supports
+from .support import TOTAL, Mean, Summand, Supports, mean_latency
 
 
 __all__ = ["MeanGroup"]
@@ -38,9 +38,6 @@ class MeanGroup(wiring.Component):
     ends : In(Mean(config))
     o : Out(ArrayLayout(range(cost_max + 1), n))
     """
-    # Cycles from the ends to the sum of a support.
-    _TOTAL = 3
-
     def __init__(self, config: MatcherConfig, labels: range, cost_max: int):
         self.config = config
         self.labels = labels
@@ -51,9 +48,7 @@ class MeanGroup(wiring.Component):
     @staticmethod
     def latency_of(config: MatcherConfig) -> int:
         """Cycles from the ends of a support to its mean."""
-        if config.method_as(Recursive).soft_multipliers:
-            return MeanGroup._TOTAL + (GradedArms.RECIPROCAL_BITS).bit_length()    # a level for each bit of the number of rows
-        return MeanGroup._TOTAL + 2
+        return mean_latency(config)
 
     def elaborate(self, platform: object) -> Module:
         m = Module()
@@ -77,7 +72,7 @@ class MeanGroup(wiring.Component):
             m.d.sync += ends[name].eq(read.data)
 
         # 3: the sum of the support. Then its product with the reciprocal, through the registers of a multiplier or a tree of sums.
-        m.submodules.reciprocal = reciprocal = Delay(self.ends.reciprocal.shape(), self._TOTAL)
+        m.submodules.reciprocal = reciprocal = Delay(self.ends.reciprocal.shape(), TOTAL)
         m.d.comb += reciprocal.i.eq(self.ends.reciprocal)
         for n in range(len(self.labels)):
             total = Signal(range(total_max + 1), name=f"total_{n}", reset_less=True)

@@ -13,9 +13,18 @@ from ..streaming.support import StepDelay, SupportArms
 from .source import SLOTS, Entry, Step
 
 
-__all__ = ["ArmSource", "LowerPixel", "Mean", "Summand", "SupportedPixel", "Supports", "share_of", "sparing_delay"]
+__all__ = ["JOINING", "TOTAL", "ArmSource", "LowerPixel", "Mean", "Summand", "SupportedPixel", "Supports", "mean_latency", "share_of",
+           "sparing_delay"]
 
 
+#: Cycles from carried costs to the sum of their share, :func:`share_of`, and a pixel's own.
+JOINING = 3
+
+#: Cycles from the ends of a support to the sum over it.
+TOTAL = 3
+
+# Words of a ring that starts of lines take: at most two lines are in a ring, each with one.
+_STARTS = 4
 # As many bits in flight for each memory block side by side are delayed in registers: here a block is scarcer than these.
 _SMALL_DELAY = 240
 _BLOCK_WIDTH = 36  # bits of the widest word of an M9K
@@ -45,6 +54,13 @@ def share_of(m: Module, config: MatcherConfig, name: str, value: Value, share: V
         result.eq((low + (high << 2)) >> Propagation.SHARE_BITS),
     ]
     return result
+
+
+def mean_latency(config: MatcherConfig) -> int:
+    """Cycles from the ends of a support to its mean."""
+    if config.method_as(Recursive).soft_multipliers:
+        return TOTAL + GradedArms.RECIPROCAL_BITS.bit_length()    # a level for each bit of the number of rows
+    return TOTAL + 2
 
 
 class ArmSource(SupportArms):
@@ -167,12 +183,13 @@ class Supports(wiring.Component):
 
     @staticmethod
     def ring_of(config: MatcherConfig) -> int:
-        """Words of a ring: an arm, the lag, a few for starts of lines; or the lag and the cycles from a cost's entry to its last use.
+        """Words of a ring, a power of two, so that addresses wrap.
 
-        A power of two, so that addresses wrap.
+        At the last use of a running sum the support is complete, its pixel the lag before and the sum an arm before that one. At the last
+        use of an eighth of the costs from above the mean is there, for which that of a pixel the lag later has been joined.
         """
         lag = Supports.lag_of(config)
-        return 1 << (lag + max(lag + 4, 14)).bit_length()
+        return 1 << (lag + max(lag, JOINING + mean_latency(config)) + _STARTS).bit_length()
 
     def elaborate(self, platform: object) -> Module:
         m = Module()

@@ -9,7 +9,7 @@ from amaranth.lib.wiring import In, Out
 from golden.config import MatcherConfig
 from golden.matcher.recursive.border_fill import BORDER_SPAN, LEAST_SPAN, SLOPE_BITS
 
-from ...parts.delay import StreamRegister, data_register
+from ...parts.delay import SkidRegister, StreamRegister, data_register
 from ...parts.queue import Queue
 from ..stage import Stage
 from ..stream import LabelWord
@@ -167,7 +167,7 @@ class BorderFill(Stage):
     lines = Fill.lines
     line_clocks = Fill.line_clocks
     LINES = 16          # more lines of one pixel than are in flight if nothing stalls
-    OUTPUT_CLOCKS = 3
+    OUTPUT_CLOCKS = 3 + SkidRegister.LATENCY
 
     def __init__(self, config: MatcherConfig):
         self.config = config
@@ -202,12 +202,16 @@ class BorderFill(Stage):
             surfaces.i.payload.eq(slope.o), surfaces.i.valid.eq(slope.done),
         ]
 
+        # The median's `ready` ends here: it would lead through both fills to their queues.
+        m.submodules.output = output = SkidRegister(LabelWord(config))
+        wiring.connect(m, output.o, wiring.flipped(self.o))
+
         # Pixels are output as their surface is known: no other condition is needed.
         advance = Signal()
         moved   = Signal()
         pixel   = fill.o.p
         m.d.comb += [
-            advance.eq(~self.o.valid | self.o.ready), moved.eq(fill.o.valid & advance), fill.o.ready.eq(advance),
+            advance.eq(~output.i.valid | output.i.ready), moved.eq(fill.o.valid & advance), fill.o.ready.eq(advance),
             surface.ready.eq(moved & pixel.last),
         ]
         lines = Signal(range(self.LINES + 1))  # accepted to the end, not yet output
@@ -232,11 +236,13 @@ class BorderFill(Stage):
         valid     = Signal(2)
         is_border = Signal(2, reset_less=True)
         label     = Signal(range(-limit, greatest + limit + 1), reset_less=True)
-        word      = data_register(m, self.o.payload)
+        word      = Signal(LabelWord(config), reset_less=True)
+        o_valid   = Signal()
         whole     = height[SLOPE_BITS:].as_signed()
+        m.d.comb += [output.i.valid.eq(o_valid), output.i.payload.eq(word)]
         with m.If(advance):
             m.d.sync += [
-                Cat(valid, self.o.valid).eq(Cat(moved, valid)), is_border.eq(Cat(~(seen | pixel.passed), is_border)),
+                Cat(valid, o_valid).eq(Cat(moved, valid)), is_border.eq(Cat(~(seen | pixel.passed), is_border)),
                 words[0].eq(pixel), words[1].eq(words[0]), word.eq(words[1]),
                 label.eq((Cat(Const(1, 1), words[0].label, Const(0, 1)).as_signed() + Cat(height[SLOPE_BITS - 1], whole).as_signed()) >> 1),
             ]

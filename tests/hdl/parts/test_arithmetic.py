@@ -8,7 +8,8 @@ from amaranth import *
 from amaranth.lib import data, wiring
 from amaranth.lib.wiring import In, Out
 
-from hdl.parts.arithmetic import add_all, add_with_carry, choose, maximum, multiply
+from hdl.emit import rtlil_text
+from hdl.parts.arithmetic import add_all, add_with_carry, choose, maximum, multiply, times
 from sim.kit.clocked import run_clocked
 
 
@@ -89,6 +90,26 @@ class Maximum(wiring.Component):
 def test_maximum():
     cases = list(itertools.product(range(16), range(8)))
     assert [cycle["o"] for cycle in run_clocked(Maximum(), [{"a": a, "b": b} for a, b in cases], ["o"])] == [max(case) for case in cases]
+
+
+class Multiples(wiring.Component):
+    FACTORS = range(11)
+
+    def __init__(self):
+        super().__init__({"i": In(5), **{f"o{factor}": Out(9) for factor in self.FACTORS}})
+
+    def elaborate(self, platform):
+        m = Module()
+        m.d.comb += [getattr(self, f"o{factor}").eq(times(self.i, factor)) for factor in self.FACTORS]
+        return m
+
+
+def test_times():
+    """By adders: no product is left for synthesis."""
+    ports = [f"o{factor}" for factor in Multiples.FACTORS]
+    out = run_clocked(Multiples(), [{"i": value} for value in range(32)], ports)
+    assert [[cycle[port] for port in ports] for cycle in out] == [[value * factor for factor in Multiples.FACTORS] for value in range(32)]
+    assert "$mul" not in rtlil_text(Multiples(), name="top")
 
 
 class Choice(wiring.Component):
