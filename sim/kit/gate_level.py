@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from hdl.emit import verilog_text
-from hdl.resources.ecp5 import synthesise
+from hdl.resources.ecp5 import ECP5
 from hdl.yosys import Tool, run_yosys
 
 from .simulators import ROOT
@@ -64,5 +64,5 @@ def gate_level(component: Any, top: str, folder: Path) -> Path:
     """Verilog of a component after synthesis for an ECP5, as boards are synthesised; see :func:`gates_of`."""
     folder.mkdir(parents=True, exist_ok=True)
     (folder / "design.v").write_text(verilog_text(component, name=top))
-    synthesise(folder, top, lambda step: None)
+    ECP5.synthesise(folder, top, lambda step: None)
     return gates_of(folder / "design.json", top, folder)

@@ -1,15 +1,21 @@
 """The steps around placing and routing of the stand-in: names, the worst path, the floor plan."""
 
 import json
+from dataclasses import fields
+from itertools import pairwise
 
 import pytest
 
+from golden.errors import UserError
 from hdl.emit import verilog_text
 from hdl.netlist import Cell, Netlist, read_netlist
 from hdl.parts.delay import Delay
-from hdl.resources import ecp5
-from hdl.resources.clock import _plan, _selection, _worst_path, our_name
-from hdl.resources.ecp5 import synthesise
+from hdl.resources import lattice
+from hdl.resources.clock import _worst_path, our_name, place_and_route
+from hdl.resources.ecp5 import ECP5
+from hdl.resources.floorplan import _selection, place_labels
+from hdl.resources.lattice import Lattice
+from hdl.resources.report import seeds_text
 
 
 @pytest.mark.parametrize("name, ours", [
@@ -17,6 +23,9 @@ from hdl.resources.ecp5 import synthesise
     ("matcher.engine.edata_memory.column[2]", "matcher.engine.edata_memory.column"),
     ("matcher.engine.memory.0.12", "matcher.engine.memory"),
     ("$abc$12$auto$34", ""),
+    ("matcher.engine.busy_FD1P3IX_Q_12_D_CCU2_S0$ccu2_comb[0]$", "matcher.engine.busy"),
+    ("matcher.engine.product_MULT18X18_Z/PREADD9_CORE_x0_z0", "matcher.engine.product"),
+    ("matcher.engine.best_WIDEFN9_Z$widefn_comb[1]$", "matcher.engine.best"),
 ])
 def test_our_name(name, ours):
     assert our_name(name) == ours
@@ -45,9 +54,9 @@ def test_device_with_too_few_multipliers(found, soft, tmp_path, monkeypatch):
         cells = {f"{kind}_{n}": Cell(kind, {}) for kind, count in (("MULT18X18D", multipliers), ("DP16KD", memories)) for n in range(count)}
         return {"top": Netlist({}, cells, {})}
 
-    monkeypatch.setattr(ecp5, "run_yosys", lambda tool, script, folder, report: scripts.append(script))
-    monkeypatch.setattr(ecp5, "read_netlist", netlist)
-    types, of_tables = synthesise(tmp_path, "top", print)
+    monkeypatch.setattr(lattice, "run_yosys", lambda tool, script, folder, report: scripts.append(script))
+    monkeypatch.setattr(lattice, "read_netlist", netlist)
+    types, of_tables = ECP5.synthesise(tmp_path, "top", print)
     assert (types["MULT18X18D"], types["DP16KD"], of_tables, len(scripts)) == (*found[-1], soft, len(found))
     assert ["mul2dsp" in script for script in scripts] == [False, True, False, False][:len(found)]
     assert ["-nodsp" in script for script in scripts] == [False, True, True, True][:len(found)]
@@ -80,7 +89,7 @@ def test_selection(design):
 
 
 def test_plan(design):
-    _plan(design, "matcher")
+    place_labels(design, "matcher")
     cells = read_netlist(design)["matcher"].cells
     placed = {name: cell.attributes["BEL"] for name, cell in cells.items() if cell.attributes}
     assert set(placed) == {"ff_20", "ff_21", "ff_22", "ff_23", "ff_24", *(name for name in cells if "wait" in name)}
@@ -96,6 +105,46 @@ def test_marked_memory_needs_no_logic(tmp_path):
         folder = tmp_path / name
         folder.mkdir()
         (folder / "design.v").write_text(source)
-        found[name], _ = synthesise(folder, "top", lambda step: None)
+        found[name], _ = ECP5.synthesise(folder, "top", lambda step: None)
     assert found["marked"]["DP16KD"] == found["unmarked"]["DP16KD"] == 1
     assert found["marked"]["TRELLIS_FF"] == 18 + 9 + 9 < found["unmarked"]["TRELLIS_FF"]
+
+
+class Tools(Lattice):
+    """Stand-in whose tools take no time: a rate for each seed, or a reason."""
+    def synthesise(self, folder, top, report):
+        return {"LUT4": 5}, True
+
+    def run_nextpnr(self, folder, arguments, log, report=print):
+        given = dict(pairwise(arguments))
+        assert list(self.options) == arguments[:len(self.options)] and given["--json"] == "design.json"
+        rate = {"1": 100, "2": 130, "3": 90, "4": 105}[given["--seed"]]
+        (folder / "report.json").write_text(json.dumps({"critical_paths": [], "fmax": {"clk": {"achieved": rate}}}))
+        (folder / "delays.sdf").write_text("")
+        return "no Bels left" if rate == 105 else None
+
+
+@pytest.fixture
+def tools():
+    prepared = []
+    known = {field.name: getattr(ECP5, field.name) for field in fields(ECP5)}
+    return Tools(**known | {"prepare": lambda design, top: prepared.append((design.name, top))}), prepared
+
+
+def test_seeds(tools):
+    """One after another, the fastest first; one netlist for all."""
+    stand_in, prepared = tools
+    found = place_and_route(Delay(1, 2), stand_in, seeds=3)
+    assert [(clock.mhz, clock.seed) for clock in found] == [(130, 2), (100, 1), (90, 3)] and prepared == [("design.json", "matcher")]
+    assert {(clock.device, clock.cells["LUT4"], clock.soft_multipliers) for clock in found} == {(ECP5.device, 5, True)}
+    assert seeds_text(found) == (
+        "Of 3 placements the fastest, of seed 2, reaches 130.0 MHz, the slowest 90.0 MHz, the median is 100.0 MHz.")
+
+
+def test_what_does_not_fit(tools, monkeypatch):
+    stand_in, _ = tools
+    with pytest.raises(UserError, match=r"on the stand-in ECP5-85F, speed grade 6 \(no Bels left\); choose fewer disparities"):
+        place_and_route(Delay(1, 2), stand_in, seeds=4)
+    monkeypatch.setattr(Tools, "synthesise", lambda *_: ({"DP16KD": 209}, False))
+    with pytest.raises(UserError, match="takes 209 memory blocks and the stand-in ECP5-85F, speed grade 6, has 208; choose fewer"):
+        place_and_route(Delay(1, 2), stand_in)

@@ -2,8 +2,8 @@
 
 import pytest
 
-from hdl.resources import ecp5
-from hdl.resources.ecp5 import run_nextpnr
+from hdl.resources import lattice
+from hdl.resources.ecp5 import ECP5
 
 
 # Lines of a log, and the steps that are told.
@@ -24,7 +24,7 @@ STEPS = ["packing", "placing", "placing, round 12", "refining the placement, rou
     ("", 0, None), ("ERROR: no Bels left\nERROR: more\n", 1, "no Bels left"), ("", 1, "it gave no reason"), ("ERROR: ignored\n", 0, None)])
 def test_run_nextpnr(more, status, reason, tmp_path, monkeypatch):
     steps = []
-    monkeypatch.setattr(ecp5, "_NEXTPNR", f"import sys; print({LOG + more!r}, *sys.argv[1:], sep=''); sys.exit({status})")
-    assert run_nextpnr(tmp_path, ["--seed", "1"], tmp_path / "log", steps.append) == reason
+    monkeypatch.setattr(lattice, "_NEXTPNR", f"import sys; print({LOG + more!r}, *sys.argv[1:], sep=''); sys.exit({status})")
+    assert ECP5.run_nextpnr(tmp_path, ["--seed", "1"], tmp_path / "log", steps.append) == reason
     assert steps == STEPS
     assert (tmp_path / "log").read_text() == f"{LOG}{more}--seed1\n"

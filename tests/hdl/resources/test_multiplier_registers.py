@@ -9,7 +9,7 @@ from amaranth.lib.wiring import In, Out
 
 from hdl.emit import verilog_text
 from hdl.netlist import read_netlist
-from hdl.resources.ecp5 import synthesise
+from hdl.resources.ecp5 import ECP5
 from hdl.resources.multiplier_registers import absorb_multiplier_registers
 from tests.hdl.resources.ecp5_cells import CLOCK, ENABLE, moved_by, printed, register
 
@@ -146,7 +146,7 @@ REGISTERS = 2 * 12 + 11 + 9 + 10 + 2 * 23 + 19
 def test_netlists_give_the_same(tmp_path):
     """All registers of three products are moved; both netlists on Icarus, cycle by cycle, through a reset."""
     (tmp_path / "design.v").write_text(verilog_text(Products(), name="top"))
-    synthesise(tmp_path, "top", lambda step: None)
+    ECP5.synthesise(tmp_path, "top", lambda step: None)
     before = printed(tmp_path / "design.json", BENCH, tmp_path / "before")
     assert absorb_multiplier_registers(tmp_path / "design.json", "top") == REGISTERS
     assert {cell.kind for cell in read_netlist(tmp_path / "design.json")["top"].cells.values()} == {"MULT18X18D"}

@@ -11,7 +11,7 @@ from hdl.emit import verilog_text
 from hdl.netlist import read_netlist
 from hdl.parts.delay import Delay, StreamRegister
 from hdl.parts.queue import Queue
-from hdl.resources.ecp5 import synthesise
+from hdl.resources.ecp5 import ECP5
 from hdl.resources.output_registers import absorb_output_registers
 from tests.hdl.resources.ecp5_cells import CLOCK, ENABLE, moved_by, printed, register
 
@@ -75,7 +75,7 @@ def test_memory_with_reset_is_left_alone(tmp_path):
 def test_delay(tmp_path):
     """All registers behind the block of a delay that is zero at first; it has further ones behind those."""
     (tmp_path / "design.v").write_text(verilog_text(Delay(18, 500, clean=True), name="top"))
-    synthesise(tmp_path, "top", lambda step: None)
+    ECP5.synthesise(tmp_path, "top", lambda step: None)
     before = read_netlist(tmp_path / "design.json")["top"].cells
     assert absorb_output_registers(tmp_path / "design.json", "top") == 18
     after = read_netlist(tmp_path / "design.json")["top"].cells
@@ -122,7 +122,7 @@ endmodule
 def test_netlists_give_the_same(tmp_path):
     """Both netlists on Icarus, cycle by cycle, through a reset."""
     (tmp_path / "design.v").write_text(verilog_text(Memories(), name="top"))
-    synthesise(tmp_path, "top", lambda step: None)
+    ECP5.synthesise(tmp_path, "top", lambda step: None)
     before = printed(tmp_path / "design.json", BENCH, tmp_path / "before")
     assert absorb_output_registers(tmp_path / "design.json", "top") == 48
     after = printed(tmp_path / "design.json", BENCH, tmp_path / "after")

@@ -284,14 +284,14 @@ def example():
 
 
 def test_json():
-    clock = Clock(77.777, ("a", "b", "c"), 1.234, 5, {}, False)
-    document = as_json(example(), clock, {"engine": "streaming"}, DEVICE.capacity)
-    assert json.loads(json.dumps(document)) == document
+    clock = Clock("ECP5", 77.777, ("a", "b", "c"), 1.234, 5, {}, False)
+    document = as_json(example(), [clock], {"engine": "streaming"}, DEVICE.capacity)
+    document = json.loads(json.dumps(document))
     assert document["total"] == {"logic_elements": 101, "memory_bits": 22, "m9k": 6, "multipliers_9x9": 8}
     assert {tuple(block) for block in document["blocks"].values()} == {FIGURES}
-    assert document["clock_mhz"] == 77.78
+    assert (document["clock_mhz"], document["clock_device"], document["clock_mhz_by_seed"]) == (77.78, "ECP5", {"1": 77.78})
     assert document["worst_path"] == {"from": "a", "to": "c", "through": ["b"], "logic_ns": 1.23, "routing_ns": 5}
-    assert "clock_mhz" not in as_json(example(), None, {}, DEVICE.capacity)
+    assert "clock_mhz" not in as_json(example(), [], {}, DEVICE.capacity)
 
 
 def test_method_tells_its_error():
@@ -334,6 +334,10 @@ def test_command_line(tmp_path, capsys):
     (["--arithmetic", "float", "--method", "fused"], "--arithmetic float has no gateware; choose linear"),
     (["--system", "--clock"], "leave --clock or --system out"),
     (["--system", "--width", "640"], "send pictures of 720x576 pixels, not 640x576; leave --width and --height out"),
+    (["--stand-in", "nexus"], "--stand-in nexus is for a clock rate; add --clock, or leave it out"),
+    (["--seeds", "2"], "--seeds 2 is for a clock rate; add --clock, or leave it out"),
+    (["--clock", "--stand-in", "ice40"], "there is no stand-in 'ice40'; choose one of: ecp5, nexus"),
+    (["--clock", "--seeds", "0"], "--seeds must be a whole number from 1 to 100, not 0; choose a value in that range"),
     (["--width", "0"], "--width must be a whole number from 1 to 4096, not 0; choose a value in that range"),
     (["--disparities", "1"], "not 1; choose a value in that range"),
     (["--json", "count.txt"], "choose one of these for --json"),
