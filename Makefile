@@ -11,7 +11,7 @@ RUN      := "$$VENV/bin/python"
 # On all cores; one that has no test left gets some of another's.
 PARALLEL := -n auto --dist worksteal
 
-.PHONY: help demo quick test slow style types setup debian clean
+.PHONY: help demo quick test slow site style types setup debian clean
 .DELETE_ON_ERROR:
 
 help:
@@ -19,6 +19,7 @@ help:
 	@echo "make test    set up, then run all tests: style, types, golden model, gateware, benches"
 	@echo "make quick   set up, then run what takes seconds: style, types, golden model, blocks of the gateware; before each commit"
 	@echo "make slow    set up, then run the tests that make test leaves out because they take minutes each, and tell how long they took"
+	@echo "make site    set up, then build the documentation as a site from docs/ and the docstrings; it begins at build/site/index.html"
 	@echo "make style   set up, then check the style only; make types: the types only"
 	@echo "make setup   only set up: Debian packages that are missing, Python packages in $$VENV"
 	@echo "make clean   remove what was built and cached; $$VENV stays"
@@ -40,8 +41,14 @@ slow: setup
 	@$(WITH_BIN) sh -c 'start=$$(date +%s); $(RUN) -m pytest $(PARALLEL) -m slow; status=$$?; \
 		echo "The slow tests took $$(( ($$(date +%s) - start + 30) / 60 )) minutes."; exit $$status'
 
+# A warning is an error. Sources are copies: what is made for the site is put beside them.
+site: setup
+	@mkdir -p build/site-source
+	@$(RUN) -m sphinx -q -W --keep-going -c docs/site -d build/site-trees build/site-source build/site
+	@echo "The site is build/site/index.html."
+
 style: setup
-	@$(RUN) -m ruff check --no-fix golden hdl boards sim tests
+	@$(RUN) -m ruff check --no-fix golden hdl boards sim docs tests
 
 types: setup
 	@$(RUN) -m mypy
@@ -62,7 +69,7 @@ stop() { echo "$$*" >&2; exit 1; }
 echo "Installing the Python packages into $$VENV: 150 MB to download at first, 600 MB on disk."
 test -x "$$VENV/bin/pip" || "$$PYTHON" -m venv "$$VENV" 2>/dev/null || "$$PYTHON" -m virtualenv --quiet "$$VENV" ||
     stop "A virtual environment cannot be made in $$VENV with $$PYTHON."
-"$$VENV/bin/python" -m pip install --quiet --disable-pip-version-check --editable ".[demo,sim,resources,boards,console,registers,lab,test]" ||
+"$$VENV/bin/python" -m pip install --quiet --disable-pip-version-check --editable ".[demo,sim,resources,boards,console,registers,lab,site,test]" ||
     stop "The Python packages cannot be installed into $$VENV; pip's reason is above."
 touch "$$VENV/.installed"
 endef

@@ -60,14 +60,14 @@ def test_set_up_once_then_run(project, venv):
     assert [words[:2] for words in ran] == [["-m", "venv"], ["-m", "pip"]] and err == ""
     assert out.count("Installing") == 1 and (place / ".installed").exists()
     for target, expected in [("setup", []), ("demo", ["sim.demo"]), ("test", ["pytest"]), ("quick", ["pytest"]), ("slow", ["pytest"]),
-                             ("style", ["ruff"]), ("types", ["mypy"])]:
+                             ("site", ["sphinx"]), ("style", ["ruff"]), ("types", ["mypy"])]:
         ran, out, err = make(project, target, CDPATH=str(project), **venv_of)
         assert [words[1] for words in ran] == expected and err == "" and "Installing" not in out
         if target in ("demo", "test", "quick", "slow"):
             assert ran[0][-1] == str(place / "bin")      # first on the path
     os.utime(project / "pyproject.toml", (2e9, 2e9))
     assert [words[:2] for words in make(project, "setup", **venv_of)[0]] == [["-m", "pip"]]
-    assert {path.name for path in project.iterdir()} <= {"Makefile", "pyproject.toml", ".venv", "my own"}
+    assert {path.name for path in project.iterdir()} <= {"Makefile", "pyproject.toml", "build", ".venv", "my own"}
 
 
 def test_pip_is_blamed_for_what_it_did(project):

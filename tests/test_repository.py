@@ -14,8 +14,10 @@ ROOT = pathlib.Path(__file__).parent.parent
 WORKFLOWS = sorted((ROOT / ".github" / "workflows").glob("*.yml"))
 HOOKS = ROOT / ".pre-commit-config.yaml"
 DOCUMENTS = sorted([*ROOT.glob("*.md"), *ROOT.glob("docs/*.md")])
+# Pages of the site only. Their pictures are made when it is built, which checks their links, tests/test_site.py.
+SITE = sorted(ROOT.glob("docs/site/*.md"))
 # The changelog names what there was.
-CURRENT = [path for path in DOCUMENTS if path.name != "CHANGELOG.md"]
+CURRENT = [path for path in DOCUMENTS if path.name != "CHANGELOG.md"] + SITE
 
 
 def text(path):
@@ -106,7 +108,7 @@ def test_hooks_run_the_tools_of_the_tests():
     for hook in hooks.values():
         assert hook["language"] == "system" and hook["pass_filenames"] is False
     recipes = text(ROOT / "Makefile")
-    assert "-m ruff check --no-fix golden hdl boards sim tests\n" in recipes and "-m mypy\n" in recipes
+    assert "-m ruff check --no-fix golden hdl boards sim docs tests\n" in recipes and "-m mypy\n" in recipes
 
 
 @pytest.mark.parametrize("path", DOCUMENTS, ids=name)
@@ -115,7 +117,7 @@ def test_links_lead_somewhere(path):
     assert [link for link in links if link and not (path.parent / link).exists()] == []
 
 
-@pytest.mark.parametrize("path", DOCUMENTS, ids=name)
+@pytest.mark.parametrize("path", DOCUMENTS + SITE, ids=name)
 def test_tables_are_whole(path):
     """Every block of lines with bars starts with a head and a rule, and all its rows are as long: an empty line would cut it."""
     unfenced = re.sub(r"^```.*?^```", "", text(path), flags=re.MULTILINE | re.DOTALL)

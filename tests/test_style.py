@@ -12,7 +12,7 @@ import pytest
 
 
 ROOT = pathlib.Path(__file__).parent.parent
-PACKAGES = ["golden", "hdl", "boards", "sim", "tests"]
+PACKAGES = ["golden", "hdl", "boards", "sim", "docs", "tests"]
 SOURCES = sorted(path for package in PACKAGES for path in (ROOT / package).rglob("*.py"))
 PATTERNS = ("*.md", "*.toml", "Makefile", ".ci/run", ".github/**/*.yml", ".pre-commit-config.yaml", "docs/**/*.md", "sim/**/*.v")
 TEXTS = [path for pattern in PATTERNS for path in ROOT.glob(pattern)]
@@ -26,6 +26,7 @@ FORBIDDEN = {
     "boards": {"sim", "tests", "cocotb"},
     "hdl":    {"boards", "sim", "tests", "cocotb"},
     "sim":    {"tests"},
+    "docs":   {"tests"},
 }
 # The one upward import: a command that looks a board up by its name.
 EXCEPTIONS = {("hdl/build.py", "boards.registry")}

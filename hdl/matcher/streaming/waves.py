@@ -101,7 +101,7 @@ class WaveSource(wiring.Component):
     the pixel above it, which can now be labelled.
 
     An array may need pixels to the right of the one completed. Those of the next line serve as padding; where no line follows, or a line
-    is too short, :attr:`flush_waves` flush cycles follow instead.
+    is too short, ``flush_waves`` flush cycles follow instead.
 
     With a lead the first columns of a line have no left pixel: their waves complete nothing but pixels of the right picture.
 

@@ -27,7 +27,7 @@ class Graph:
     nodes : list of tuple
         A kind and what it needs: literals of logic, cells of registers and memories.
     blocks : list of int
-        The block of each node, an index of :attr:`hdl.resources.estimate.flat.Flat.paths`.
+        The block of each node, an index of ``paths`` of :class:`hdl.resources.estimate.flat.Flat`.
     block : int
         That of nodes to be added.
     """
