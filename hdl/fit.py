@@ -148,8 +148,13 @@ class Fit:
         return [*self.about, f"Allowance: {self.allowed_for}, which neither sees."] if allowed else [*self.about]
 
 
-def cyclone3_fit(estimated: Resources, allowance: Resources, allowed_for: str, device: Device) -> Fit:
-    """A design beside a Cyclone III.
+#: What the figures of the system with cameras are.
+_COUNTED = (ESTIMATED, "Count: python -m hdl.resources --system, in minutes.")
+
+
+def cyclone3_fit(estimated: Resources, allowance: Resources, allowed_for: str, device: Device,
+                 about: Sequence[str] = _COUNTED) -> Fit:
+    """A design beside a Cyclone III, or a Cyclone IV, which has the same logic elements, memory blocks and multipliers.
 
     Parameters
     ----------
@@ -160,8 +165,10 @@ def cyclone3_fit(estimated: Resources, allowance: Resources, allowed_for: str, d
     allowed_for : str
         What that is, in words.
     device : Device
+    about : sequence of str
+        As of :class:`Fit`.
     """
     figures = [Figure(kind, TITLES[name], getattr(estimated, name), getattr(allowance, name), getattr(device.capacity, name),
                       LOGIC_ERROR if kind == "logic" else 0) for name, kind in _CYCLONE3.items()]
     manifest = {"estimated": estimated._asdict(), "allowance": allowance._asdict(), "device": device.capacity._asdict()}
-    return Fit(device.name, figures, allowed_for, (ESTIMATED, "Count: python -m hdl.resources --system, in minutes."), manifest)
+    return Fit(device.name, figures, allowed_for, about, manifest)

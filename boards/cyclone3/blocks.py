@@ -1,6 +1,8 @@
-"""Altera's blocks: the only modules that a project of this board takes from elsewhere, and how clocks pass through them."""
+"""Altera's blocks on this board: the only modules that its project takes from elsewhere, and how clocks pass through them."""
 
 from hdl.netlist import BlackBox
+
+from ..altera import blocks
 
 
 __all__ = ["BLOCKS", "MEMORY_CONTROLLER"]
@@ -10,12 +12,4 @@ __all__ = ["BLOCKS", "MEMORY_CONTROLLER"]
 MEMORY_CONTROLLER = "stereo_ddr2"
 
 #: Every foreign module that may occur, with its clocks. Quartus has all of them without IP folders, but for the controller.
-BLOCKS = {
-    "altiobuf_in": BlackBox(repeats={"dataout": "datain"}),
-    "altiobuf_out": BlackBox(),
-    "altiobuf_bidir": BlackBox(repeats={"dataout": "dataio"}),
-    "altpll": BlackBox(generates=("clk",), clocked=("inclk",)),
-    MEMORY_CONTROLLER: BlackBox(generates=("phy_clk",), clocked=("pll_ref_clk",)),
-    "altddio_out": BlackBox(clocked=("outclock",)),
-    "altddio_in": BlackBox(clocked=("inclock",)),
-}
+BLOCKS = {**blocks.BLOCKS, MEMORY_CONTROLLER: BlackBox(generates=("phy_clk",), clocked=("pll_ref_clk",))}

@@ -6,19 +6,12 @@ Banks 3, 4, 7 and 8, with memory, LEDs, buttons and oscillators, are supplied wi
 
 import csv
 from importlib import resources
-from typing import Any
 
-from amaranth import Module
 from amaranth.build import Attrs, Clock, Connector, Pins, PinsN, Resource, Subsignal
-from amaranth.build.run import BuildPlan
-from amaranth.hdl import Fragment
-from amaranth.lib.cdc import AsyncFFSynchronizer, FFSynchronizer
-from amaranth.vendor import AlteraPlatform
 from amaranth_boards.resources import ButtonResources, LEDResources, SwitchResources, UARTResource
 
 from ..altera.bitec import dvi_card, quad_video_card
-from ..environment import no_overrides
-from .synchronizers import async_ff_synchronizer, ff_synchronizer
+from ..altera.platform import QuartusPlatform, quartus_settings
 
 
 __all__ = [
@@ -64,7 +57,7 @@ _STROBE  = Attrs(io_standard="SSTL-18 CLASS I", current_strength_new="12MA")
 _DATA    = Attrs(io_standard="SSTL-18 CLASS I", current_strength_new="12MA", output_enable_group="1")
 
 
-class Cyclone3Platform(AlteraPlatform):
+class Cyclone3Platform(QuartusPlatform):
     """The board and its two cards, with resources as in amaranth-boards.
 
     Resources
@@ -112,28 +105,4 @@ class Cyclone3Platform(AlteraPlatform):
         Connector("hsmc", number, {row["hsmc"][1:]: row["ball"] for row in _PINS.values() if row["hsmc"].startswith(letter)})
         for number, letter in enumerate("AB"))
 
-    #: Settings of every project for this board.
-    SETTINGS = (
-        f'set_global_assignment -name FAMILY "{FAMILY}"',
-        'set_global_assignment -name STRATIX_DEVICE_IO_STANDARD "2.5 V"',
-        # Unused balls are connected to chips that drive them: they must be inputs.
-        'set_global_assignment -name RESERVE_ALL_UNUSED_PINS_WEAK_PULLUP "AS INPUT TRI-STATED WITH WEAK PULL-UP"',
-        # As in the projects of the kit: there is no other device in the configuration chain.
-        'set_global_assignment -name CYCLONEII_RESERVE_NCEO_AFTER_CONFIGURATION "USE AS REGULAR IO"',
-        # The device has room for logic, and the matcher needs its clock. For this family the setting has the name of Cyclone II.
-        "set_global_assignment -name CYCLONEII_OPTIMIZATION_TECHNIQUE SPEED",
-        # Delays stay in registers, as hdl.resources counts them: in memory they would take blocks that the pictures' lines need.
-        "set_global_assignment -name AUTO_SHIFT_REGISTER_RECOGNITION OFF",
-    )
-
-    def get_ff_sync(self, ff_sync: FFSynchronizer) -> Module:
-        return ff_synchronizer(ff_sync)
-
-    def get_async_ff_sync(self, async_ff_sync: AsyncFFSynchronizer) -> Module:
-        return async_ff_synchronizer(async_ff_sync)
-
-    def toolchain_prepare(self, fragment: Fragment, name: str, *, add_settings: str = "", **kwargs: Any) -> BuildPlan:
-        with no_overrides():
-            plan = super().toolchain_prepare(fragment, name, add_settings="\n".join([*self.SETTINGS, add_settings]), **kwargs)
-        plan.add_file(f"{name}.qpf", f'QUARTUS_VERSION = "13.1"\nPROJECT_REVISION = "{name}"\n')
-        return plan
+    SETTINGS = quartus_settings(FAMILY, "2.5 V")

@@ -9,11 +9,12 @@ from golden.video.formats import PAL, DisplayFormat
 from hdl.emit import NO_RW_CHECK, emit_rtlil
 from hdl.netlist import Cell, Hierarchy
 
+from ..altera.crossings import gray_constraints
+from ..altera.platform import OUTSIDE_CLOCKS, settings_template
+from ..altera.synchronizers import ATTRIBUTE
 from ..registry import Project, System
 from .blocks import BLOCKS, MEMORY_CONTROLLER
-from .crossings import gray_constraints
 from .platform import Cyclone3Platform
-from .synchronizers import ATTRIBUTE
 from .top import BoardTop, pll_ratio
 
 
@@ -25,35 +26,16 @@ NAME = "stereo"
 #: The script that compares the generated memory controller with what this project connects.
 DDR2_SCRIPT = "check_ddr2.tcl"
 
-_SETTINGS = """
-    {{get_override("add_settings")}}
-    set_global_assignment -name DEVICE {{platform.device}}{{platform.package}}{{platform.speed}}{{platform.suffix}}
-    set_global_assignment -name TOP_LEVEL_ENTITY {{name}}
-    set_global_assignment -name VERILOG_FILE {{name}}.v
-    set_global_assignment -name VERILOG_INPUT_VERSION VERILOG_2001
-    set_global_assignment -name USE_TIMEQUEST_TIMING_ANALYZER ON
+_SETTINGS = settings_template("""\
     # The clocks of the pins come first: the memory controller's own constraints build on them.
     set_global_assignment -name SDC_FILE {{name}}.sdc
     set_global_assignment -name QIP_FILE {{platform.MEMORY_CONTROLLER}}.qip
-    set_global_assignment -name PROJECT_OUTPUT_DIRECTORY output_files
-
-    {% for port, ball, attributes in platform.iter_port_constraints_bits() %}
-    set_location_assignment PIN_{{ball}} -to {{port}}
-    {% for key, value in attributes.items() %}
-    set_instance_assignment -name {{key|upper}} "{{value}}" -to {{port}}
-    {% endfor %}
-    {% endfor %}
-
+""", """
     # The two lines of the memory's clock are one differential pair.
     set_instance_assignment -name CKN_CK_PAIR ON -from ddr2_0__clk_n__io -to ddr2_0__clk__io
-"""
+""")
 
-_CONSTRAINTS = """
-    # Clocks that come from outside.
-    {% for port, frequency in platform.iter_port_clock_constraints() %}
-    create_clock -name {{port.name}} -period {{"%.3f"|format(1e9 / frequency)}} [get_ports {{'{'}}{{port.name}}{{'}'}}]
-    {% endfor %}
-
+_CONSTRAINTS = OUTSIDE_CLOCKS + """
     # Clocks of the display's PLL and of the one inside the memory controller.
     derive_pll_clocks
     derive_clock_uncertainty

@@ -12,6 +12,7 @@ from amaranth.lib.wiring import Component, Flow
 from golden.video.formats import DisplayFormat
 from hdl.video.ports import DOMAINS, SystemPorts
 
+from ..altera.pll import OUTPUTS, altpll
 from .platform import FAMILY, OSCILLATOR_HZ, Cyclone3Platform
 
 
@@ -148,14 +149,9 @@ class BoardTop(Elaboratable):
     def _display_pll(self, m: Module, oscillator: Value, reset: Value) -> Signal:
         """Drive the clock of ``display``; return the signal that it is stable."""
         ratio = pll_ratio(self.display.pixel_clock_hz)
-        clocks = Signal(5)
+        clocks = Signal(OUTPUTS)
         locked = Signal()
-        m.submodules.display_pll = Instance("altpll",
-            p_intended_device_family=FAMILY, p_lpm_type="altpll", p_operation_mode="NORMAL", p_pll_type="AUTO", p_bandwidth_type="AUTO",
-            p_compensate_clock="CLK0", p_inclk0_input_frequency=10**12 // OSCILLATOR_HZ, p_width_clock=len(clocks),
-            p_clk0_multiply_by=ratio.numerator, p_clk0_divide_by=ratio.denominator, p_clk0_duty_cycle=50, p_clk0_phase_shift="0",
-            p_port_inclk0="PORT_USED", p_port_areset="PORT_USED", p_port_clk0="PORT_USED", p_port_locked="PORT_USED",
-            i_inclk=Cat(oscillator, C(0, 1)), i_areset=reset, o_clk=clocks, o_locked=locked)
+        m.submodules.display_pll = altpll(FAMILY, OSCILLATOR_HZ, ratio, oscillator, reset, clocks, locked)
         m.d.comb += ClockSignal("display").eq(clocks[0])
         return locked
 

@@ -6,22 +6,16 @@ from functools import partial
 from golden.video.formats import DisplayFormat
 
 from ..loader import Loader
-from ..registry import Board, Design, Project, Serial
+from ..loop.system import CLOCK_MHZ, PICTURES, LoopBoard, loop_registers, loop_system
+from ..registry import Board, Design, Project
 from .bitstream import NEEDS, Target, make_bitstream
 from .check import check_project
 from .fit import ecp5_fit
 from .platform import LoopPlatform, loop_project
 from .pll import make_clock
-from .system import LoopBoard, loop_registers, loop_system
 
 
 __all__ = ["Target", "loop_board"]
-
-
-#: A picture that is sent in a tenth of a second, and a matcher that is built in minutes.
-_PICTURES = Serial(width=320, height=240, disparities=16, baud=3_000_000)
-#: A multiple of the default rate of the serial line, which a matcher of this size reaches.
-_CLOCK_MHZ = 60
 
 
 def loop_board(name: str, platform: type[LoopPlatform], target: Target, displays: Mapping[str, DisplayFormat] | None = None) -> Board:
@@ -41,7 +35,7 @@ def loop_board(name: str, platform: type[LoopPlatform], target: Target, displays
         return loop_project(platform(design), system)
 
     return Board(
-        name=name, device=target.name, clock_mhz=_CLOCK_MHZ, toolchain="Yosys and nextpnr", project=project, check=check_project,
-        system=loop_system, registers=loop_registers, pictures=_PICTURES, displays=displays or {},
+        name=name, device=target.name, clock_mhz=CLOCK_MHZ, toolchain="Yosys and nextpnr", project=project, check=check_project,
+        system=loop_system, registers=loop_registers, pictures=PICTURES, displays=displays or {},
         make_clock=partial(make_clock, name, platform.WIRING.clock_hz), fit=partial(ecp5_fit, target.name),
         bitstream=partial(make_bitstream, target), needs=NEEDS, loader=Loader(name))

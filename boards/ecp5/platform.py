@@ -11,10 +11,11 @@ from hdl.emit import NO_RW_CHECK, emit_rtlil
 from hdl.netlist import BlackBox
 
 from ..environment import no_overrides
+from ..loop.system import LoopBoard
+from ..loop.top import Wiring
 from ..registry import Design, Project
 from .pll import ATTRIBUTES
-from .system import LoopBoard
-from .top import LoopTop, Wiring
+from .top import DviTop
 
 
 __all__ = ["BLOCKS", "NAME", "LoopPlatform", "loop_project"]
@@ -70,7 +71,7 @@ def loop_project(platform: LoopPlatform, system: LoopBoard) -> Project:
     system : LoopBoard
     """
     design = platform.design
-    top = LoopTop(system.core, design.clock_hz, platform.WIRING, design.display)
+    top = DviTop(system.core, design.clock_hz, platform.WIRING, design.display)
     plan = platform.prepare(top, NAME, emit_src=False)
     files = {file_name: text.rstrip("\n") + "\n" for file_name, text in plan.files.items()}
     files[f"{NAME}.v"], netlist = emit_rtlil(files.pop(f"{NAME}.il"), attributes=(NO_RW_CHECK, "FREQUENCY_PIN_CLKI", *ATTRIBUTES))

@@ -4,7 +4,7 @@ from amaranth_boards.ecpix5 import ECPIX585Platform
 
 from ..ecp5.family import Target, loop_board
 from ..ecp5.platform import LoopPlatform
-from ..ecp5.top import Pin, Wiring
+from ..loop.top import Pin, Wiring
 
 
 __all__ = ["BOARD", "Ecpix5Platform"]

@@ -6,7 +6,7 @@ from golden.video.formats import VGA
 
 from ..ecp5.family import Target, loop_board
 from ..ecp5.platform import LoopPlatform
-from ..ecp5.top import Pin, Wiring
+from ..loop.top import Pin, Wiring
 
 
 __all__ = ["BOARD", "Ulx3sPlatform"]

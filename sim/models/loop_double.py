@@ -10,7 +10,7 @@ from amaranth.lib.memory import Memory
 from amaranth.lib.wiring import In, Out
 from numpy.typing import NDArray
 
-from boards.ecp5.system import LoopBoard
+from boards.loop.system import LoopBoard
 from boards.registry import Design, Project, find_board
 from golden.config import MatcherConfig
 from golden.video.formats import VGA, DisplayFormat

@@ -129,7 +129,7 @@ def test_foreign_module(kind):
     cells = {**project.netlist["stereo"].cells, "foreign": Cell(kind, {})}
     assert check_project(with_top(project, cells=cells)) == [
         f"the module {kind} is neither in the design nor one of Altera's blocks altiobuf_in, altiobuf_out, altiobuf_bidir, altpll, "
-        "stereo_ddr2, altddio_out, altddio_in"]
+        "altddio_out, altddio_in, stereo_ddr2"]
 
 
 def test_wide_synchroniser_without_a_gray_pointer():
@@ -143,7 +143,7 @@ def test_wide_synchroniser_without_a_gray_pointer():
 
 
 def test_bits_that_need_not_arrive_together(monkeypatch):
-    monkeypatch.setattr("boards.cyclone3.crossings.GRAY", "_none")
+    monkeypatch.setattr("boards.altera.crossings.GRAY", "_none")
     assert all("takes 4 bits" in problem for problem in check_project(board_project("720x576")))
-    monkeypatch.setattr("boards.cyclone3.check.LOOSE", ("consume_cdc", "produce_cdc"))
+    monkeypatch.setattr("boards.altera.check.LOOSE", ("consume_cdc", "produce_cdc"))
     assert check_project(board_project("720x576")) == []

@@ -13,8 +13,8 @@ import pytest
 
 from boards.ecp5.bitstream import NEEDS
 from boards.ecp5.fit import ecp5_fit
-from boards.ecp5.system import LoopBoard
 from boards.loader import Loader
+from boards.loop.system import LoopBoard
 from boards.registry import Project, find_board
 from golden.errors import UserError
 from hdl.bitstream import Bitstream, ClockRate, Placed, digest, placed_before

@@ -48,7 +48,7 @@ BOARD = Board(name="toy", device="T1", clock_mhz=40, toolchain="Toys", project=p
 
 
 def test_names():
-    assert board_names() == ["cyclone3", "ecpix5", "ulx3s"]
+    assert board_names() == ["cyclone3", "de2_115", "ecpix5", "ulx3s"]
 
 
 def test_find():
@@ -57,7 +57,7 @@ def test_find():
 
 @pytest.mark.parametrize("name", ["de2", "", "registry", "ecp5", "cyclone3.board", "../cyclone3"])
 def test_no_such_board(name):
-    with pytest.raises(UserError, match=rf"^there is no board '{name}'; choose one of: cyclone3, ecpix5, ulx3s$"):
+    with pytest.raises(UserError, match=rf"^there is no board '{name}'; choose one of: cyclone3, de2_115, ecpix5, ulx3s$"):
         find_board(name)
 
 
@@ -116,8 +116,8 @@ def test_a_board_is_one_folder(toy, tmp_path):
 
 
 @pytest.mark.parametrize("name, told", [
-    ("de2", "there is no board 'de2'; choose one of: another, cyclone3, ecpix5, toy, ulx3s"),
-    ("parts", "there is no board 'parts'; choose one of: another, cyclone3, ecpix5, toy, ulx3s"),     # a folder, but not of a board
+    ("de2", "there is no board 'de2'; choose one of: another, cyclone3, de2_115, ecpix5, toy, ulx3s"),
+    ("parts", "there is no board 'parts'; choose one of: another, cyclone3, de2_115, ecpix5, toy, ulx3s"),     # no board's folder
     ("another", "the module boards.another.board has None as BOARD; export a Board named 'another' there"),
 ])
 def test_bad_board(name, told, toy):

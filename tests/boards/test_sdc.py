@@ -1,6 +1,6 @@
 import pytest
 
-from boards.cyclone3.sdc import Bounds, Design, matching, read_sdc
+from boards.altera.sdc import Bounds, Design, matching, read_sdc
 
 
 DESIGN = Design(

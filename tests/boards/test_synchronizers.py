@@ -7,10 +7,10 @@ from amaranth import *
 from amaranth.lib.cdc import AsyncFFSynchronizer, FFSynchronizer
 from amaranth.sim import Simulator
 
+from boards.altera.crossings import synchronizers, window
+from boards.altera.synchronizers import ATTRIBUTE, FIRST_STAGE, LATER_STAGE
 from boards.cyclone3.blocks import BLOCKS
-from boards.cyclone3.crossings import synchronizers, window
 from boards.cyclone3.platform import Cyclone3Platform
-from boards.cyclone3.synchronizers import ATTRIBUTE, FIRST_STAGE, LATER_STAGE
 from hdl.netlist import Cell, Hierarchy, Netlist, Port
 from sim.models.board_core import board_project
 

@@ -147,7 +147,7 @@ def design_of(design: Hierarchy, ports: Collection[str], controller: str) -> Des
     ports : collection of str
         Bits of the ports of the top level.
     controller : str
-        Kind of the memory controller, whose clocks have the names that Altera's generator gives them.
+        Kind of the memory controller, whose clocks have the names that Altera's generator gives them; empty without one.
     """
     pins = []
     clocks = []

@@ -9,10 +9,16 @@ from golden.host.registers import RegisterMap
 from golden.video.bandwidth import Budget
 from hdl.loop.system import LoopSystem
 
-from ..registry import Design
+from ..registry import Design, Serial
 
 
-__all__ = ["LoopBoard", "loop_registers", "loop_system"]
+__all__ = ["CLOCK_MHZ", "PICTURES", "LoopBoard", "loop_registers", "loop_system"]
+
+
+#: What is built unless something else is chosen: a picture that is sent in a tenth of a second, and a matcher that is built in minutes.
+PICTURES = Serial(width=320, height=240, disparities=16, baud=3_000_000)
+#: A multiple of the default rate of the serial line, which a matcher of this size reaches.
+CLOCK_MHZ = 60
 
 
 @dataclass

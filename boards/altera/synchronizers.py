@@ -1,7 +1,7 @@
-"""Synchronisers of the Cyclone III: registers that Quartus neither merges, moves nor removes, and that it counts as synchronisers.
+"""Synchronisers for FPGAs of Altera: registers that Quartus neither merges, moves nor removes, and that it counts as synchronisers.
 
 Amaranth's platform for Altera instantiates ``altera_std_synchronizer``, which Quartus has in folders of its IP only, and which comes with a
-false path to its first register: that would cut the bounds of :mod:`boards.cyclone3.crossings`.
+false path to its first register: that would cut the bounds of :mod:`boards.altera.crossings`.
 """
 
 from amaranth import *
