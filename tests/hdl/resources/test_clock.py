@@ -25,6 +25,7 @@ from hdl.resources.report import seeds_text
     ("$abc$12$auto$34", ""),
     ("matcher.engine.busy_FD1P3IX_Q_12_D_CCU2_S0$ccu2_comb[0]$", "matcher.engine.busy"),
     ("matcher.engine.product_MULT18X18_Z/PREADD9_CORE_x0_z0", "matcher.engine.product"),
+    ("matcher.engine.product/PREADD9_CORE_x0_z0", "matcher.engine.product"),
     ("matcher.engine.best_WIDEFN9_Z$widefn_comb[1]$", "matcher.engine.best"),
 ])
 def test_our_name(name, ours):
