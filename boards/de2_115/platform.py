@@ -58,11 +58,8 @@ class De2115Platform(QuartusPlatform):
         Colours and sync signals of the VGA connector.
     dac
         Of the converter ADV7123: its clock, ``blank_n`` and ``sync_n``.
-
-    Connectors
-    ----------
     hsmc 0
-        For the cards of :mod:`boards.altera.bitec`, but for its pins 33 and 34, whose balls are not known.
+        The connector for the cards of :mod:`boards.altera.bitec`, but for its pins 33 and 34, whose balls are not known.
     """
     device, package, speed, suffix = "EP4CE115", "F29", "C7", ""
     default_clk = "clk50"
