@@ -104,7 +104,7 @@ class RecursiveEngine(wiring.Component):
     def latency_clocks(self, lines: int, line_clocks: int) -> int:
         """Bound of a label's latency beyond ``lines`` lines of a pixel a cycle, in cycles, behind a line store."""
         steps = RecursiveArray.steps_behind(self.config) + self.lag + self.config.labels
-        return LineStore.PLUS_DEPTH + self.latency + steps + (lines + 2) * line_clocks
+        return LineStore.PLUS_DEPTH + StreamRegister.LATENCY + self.latency + steps + (lines + 2) * line_clocks
 
     def frame_clocks(self, width: int, height: int, lines_above: int, line_clocks: int) -> int:
         """Cycles from one frame's first label to the next one's, if pixels are offered and labels taken without a pause.
@@ -127,16 +127,22 @@ class RecursiveEngine(wiring.Component):
         m.submodules.source = source = self.source
         m.submodules.array = array = self.array
         m.submodules.check = check = self.checker
-        wiring.connect(m, wiring.flipped(self.i), source.i)
+        # The census is far from the source: what follows from a word that is valid has a period of its own.
+        m.submodules.arrival = arrival = StreamRegister(CensusWord(config))
+        wiring.connect(m, wiring.flipped(self.i), arrival.i)
+        wiring.connect(m, arrival.o, source.i)
         m.d.comb += [source.in_use.eq(self.in_use), source.minimum.eq(self.minimum), array.wave.eq(source.wave),
                      array.entry.eq(source.entry), array.step.eq(source.o)]
         m.submodules.gates = gates = GateFill(config)
-        m.d.comb += [gates.start.eq(source.starts_frame), source.hold.eq(gates.busy), array.gates.eq(gates.o)]
+        # The settings are sampled a cycle after a frame's start, well before its first pixel is completed.
+        starts_frame = Signal()
+        m.d.sync += starts_frame.eq(source.starts_frame)
+        m.d.comb += [gates.start.eq(starts_frame), source.hold.eq(gates.busy), array.gates.eq(gates.o)]
         m.d.comb += [getattr(gates, name).eq(getattr(self, name)) for name in GateFill.SETTINGS]
         sampled = sampled_settings(config)
         held = Signal(data.StructLayout({name: setting_shape(config.settings[name]) for name in (*sampled, "minimum", "check")}),
                       reset_less=True)
-        with m.If(source.starts_frame):
+        with m.If(starts_frame):
             m.d.sync += [held[name].eq(getattr(self, name)) for name in (*sampled, "minimum", "check")]
         m.d.comb += [getattr(array, name).eq(held[name]) for name in sampled]
 

@@ -42,7 +42,7 @@ class GateFill(wiring.Component):
     busy : Out(1)
     """
     SETTINGS = ("gate_numerator", "gate_offset", "gate_floor")
-    CLOCKS = 1 + PIXEL_MAX + 1 + 1 + Propagation.LIMITS["spread_jump"][-1]
+    CLOCKS = 2 + PIXEL_MAX + 1 + 1 + Propagation.LIMITS["spread_jump"][-1]
 
     def __init__(self, config: MatcherConfig):
         self.config = config
@@ -64,10 +64,10 @@ class GateFill(wiring.Component):
         quotient   = Signal(range(jump + 1), reset_less=True)
         product    = Signal(range(jump * ((1 << len(self.gate_offset)) + PIXEL_MAX) + 1), reset_less=True)
         difference = Signal(PIXEL_BITS, reset_less=True)
+        first      = Signal.like(product, reset_less=True)  # the register of a multiplier
         word       = Signal(self.o.shape())
-        writes     = Signal()
         m.d.sync += [
-            word.write.eq(writes), word.difference.eq(difference),
+            first.eq(settings.gate_offset * jump), word.write.eq(0), word.difference.eq(difference),
             word.gate.eq(Mux(settings.gate_floor > quotient, settings.gate_floor, quotient)),
         ]
         m.d.comb += [self.o.eq(word), self.busy.eq(word.write)]
@@ -78,20 +78,20 @@ class GateFill(wiring.Component):
             with m.State("idle"):
                 with m.If(self.start & (~whole | (now.as_value() != settings.as_value()))):
                     m.d.sync += [settings.eq(now), whole.eq(0)]
-                    m.next = "load"
+                    m.next = "multiply"
+            with m.State("multiply"):
+                m.d.comb += self.busy.eq(1)
+                m.next = "load"
             with m.State("load"):
                 m.d.comb += self.busy.eq(1)
-                m.d.sync += [
-                    divisor.eq(settings.gate_offset), quotient.eq(jump), product.eq(settings.gate_offset * jump), difference.eq(0),
-                ]
+                m.d.sync += [divisor.eq(settings.gate_offset), quotient.eq(jump), product.eq(first), difference.eq(0)]
                 m.next = "fill"
             with m.State("fill"):
                 m.d.comb += self.busy.eq(1)
                 with m.If(product > settings.gate_numerator):
                     m.d.sync += [quotient.eq(quotient - 1), product.eq(product - divisor)]
                 with m.Else():
-                    m.d.comb += writes.eq(1)
-                    m.d.sync += [difference.eq(difference + 1), divisor.eq(divisor + 1), product.eq(product + quotient)]
+                    m.d.sync += [word.write.eq(1), difference.eq(difference + 1), divisor.eq(divisor + 1), product.eq(product + quotient)]
                     with m.If(difference == PIXEL_MAX):
                         m.d.sync += whole.eq(1)
                         m.next = "idle"
