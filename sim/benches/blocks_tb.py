@@ -30,11 +30,11 @@ from sim.kit.cases import (
     disparity_words,
     edata_words,
     noise,
-    pack,
     pixel_words,
     sub_pixel_words,
 )
 from sim.kit.cocotb_streams import check_rules, drain, sink, source
+from sim.kit.payloads import pack
 
 
 CONFIG = CONFIGS[os.environ["ARITHMETIC"]]

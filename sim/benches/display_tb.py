@@ -10,8 +10,8 @@ from cocotb.triggers import ClockCycles, ReadOnly, RisingEdge
 
 from golden.config import MatcherConfig
 from hdl.video.words import ShownPixel
-from sim.kit.cases import pack
 from sim.kit.display_cases import FORMATS, Fetch, shown_pictures, shown_words
+from sim.kit.payloads import pack
 from sim.models.monitor import PINS, Monitor, watch_cocotb
 
 

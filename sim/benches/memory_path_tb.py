@@ -13,8 +13,9 @@ from golden.config import MatcherConfig
 from golden.video.memory_map import MemoryMap
 from hdl.matcher.stream import PixelPair
 from hdl.video.words import CameraWord, PlanePixel, ShownPixel
-from sim.kit.cases import comparable, noise, pack, pixel_words
+from sim.kit.cases import comparable, noise, pixel_words
 from sim.kit.cocotb_streams import check_rules, drain, sink, source
+from sim.kit.payloads import pack
 from sim.kit.video_cases import camera_words, plane_words, shown_words
 from sim.models.cocotb_ddr2 import serve
 from sim.models.ddr2 import Ddr2Timing, LocalMemory

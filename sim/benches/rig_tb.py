@@ -16,8 +16,8 @@ from hdl.matcher.stream import PixelPair
 from hdl.rig.balance import BalanceMode
 from sim.benches.rig import maps_of, pictures_of
 from sim.kit.cases import comparable, pixel_words
-from sim.kit.cases import pack as packed
 from sim.kit.cocotb_streams import check_rules, drain, sink, source
+from sim.kit.payloads import pack as packed
 
 
 CASE = json.loads(os.environ["CASE"])

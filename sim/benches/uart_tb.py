@@ -10,7 +10,7 @@ from cocotb.triggers import ClockCycles, RisingEdge
 from golden.host.protocol import FRAME_BYTES, Operation, Reply, Request, Status, decode_reply, encode_request
 from golden.host.registers import register_map
 from hdl.host.register_file import SettingLayout, StatusLayout
-from sim.kit.cases import pack
+from sim.kit.payloads import pack
 from sim.models.uart import UartHost
 
 

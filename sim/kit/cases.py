@@ -21,10 +21,12 @@ from golden.matcher.recursive.weighted_median import weighted_median
 from golden.matcher.refine import median
 from hdl.matcher.stream import line_names
 
+from .payloads import pack, unpack
+
 
 __all__ = ["bec_words", "bec_words_of", "between_frames", "buffers_words", "camera", "census_words", "checked_words", "column_words",
            "comparable", "cost_words", "disparity_words", "edata_words", "engine_words", "field_words", "fused_words", "label_words",
-           "noise", "pack", "pixel_words", "refined_words", "sub_pixel_words", "weighted_words"]
+           "noise", "pixel_words", "refined_words", "sub_pixel_words", "weighted_words"]
 
 
 # Names of the parts of a pixel, in the order of golden's arrays.
@@ -232,27 +234,15 @@ def between_frames(cycles: int) -> list[tuple[int, ...]]:
     return [(0, n & 1, n >> 1 & 1, 1, 2) for n in range(cycles)]
 
 
-def pack(layout: data.Layout, word: Payload) -> int:
-    """A payload as bits."""
-    return layout.const(word).as_value().value
-
-
-def _plain(value, layout):
-    if not isinstance(layout, data.Layout):
-        return int(value)
-    fields = {key: _plain(value[key], field.shape) for key, field in layout}
-    return fields if all(isinstance(key, str) for key in fields) else list(fields.values())
-
-
 def comparable(word: Any, layout: data.Layout | None = None) -> Payload:
     """A payload in which the candidates that the word marks as outside the picture are ``None``: their values are undefined.
 
     ``layout`` unpacks bits, and checks that a payload fits it.
     """
     if layout is not None:
-        word = _plain(layout.from_bits(word) if isinstance(word, int) else layout.const(word), layout)
+        word = unpack(layout, word if isinstance(word, int) else pack(layout, word))
     elif not isinstance(word, dict):
-        word = _plain(word, word.shape())
+        word = unpack(word.shape(), word.as_bits())
     if "inside" not in word:
         return word
     key = "right" if "right" in word else "cost"

@@ -7,8 +7,10 @@ probabilities for each cycle. Time-outs count cycles *without a transfer*, so th
 from collections.abc import Awaitable, Callable, Iterable, Mapping, Sequence
 from typing import Any, Protocol
 
-from amaranth.hdl import Value
+from amaranth.hdl import Cat, ShapeCastable, Value
 from amaranth.sim import Simulator
+
+from .payloads import pack
 
 
 __all__ = ["TIMEOUT", "Random", "check_rules", "receive", "run_stream", "send"]
@@ -24,46 +26,53 @@ class Random(Protocol):
         """From 0, including, to 1, excluding."""
 
 
-def _poison(ctx, stream, rng):
-    """Leave noise in the payload of an idle stream, so that a block that reads it without ``valid`` fails."""
-    payload = Value.cast(stream.payload)
+def _noise(width: int, rng: Random) -> int:
+    """Bits for the payload of an idle stream, so that a block that reads it without ``valid`` fails."""
     # A float has 53 bits, a payload may have thousands.
-    chunks = [int(rng.random() * 2**32) << place for place in range(0, len(payload), 32)]
-    ctx.set(payload, sum(chunks) % 2**len(payload))
+    chunks = [int(rng.random() * 2**32) << place for place in range(0, width, 32)]
+    return sum(chunks) % 2**width
+
+
+def _from_bits(stream: Any) -> Callable[[int], Any]:
+    """What makes a payload of bits."""
+    shape = stream.payload.shape()
+    return shape.from_bits if isinstance(shape, ShapeCastable) else lambda bits: bits
 
 
 async def send(ctx: Any, stream: Any, payloads: Sequence[Any], *, rng: Random, stall: float = 0.0, timeout: int = TIMEOUT) -> None:
     """Send ``payloads``; each cycle before one is idle with probability ``stall``."""
+    shape, width = stream.payload.shape(), len(Value.cast(stream.payload))
+    # Set at once: the simulator settles the design after each change.
+    offer = Cat(Value.cast(stream.payload), stream.valid)
+    valid = 1 << width
     for index, payload in enumerate(payloads):
         while rng.random() < stall:
-            _poison(ctx, stream, rng)
+            ctx.set(offer, _noise(width, rng))
             await ctx.tick()
-        ctx.set(stream.payload, payload)
-        ctx.set(stream.valid, 1)
+        ctx.set(offer, valid | pack(shape, payload))
         for _ in range(timeout):
             _, _, ready = await ctx.tick().sample(stream.ready)
             if ready:
                 break
         else:
             raise TimeoutError(f"payload {index} of {len(payloads)} not accepted for {timeout} cycles")
-        ctx.set(stream.valid, 0)
-    _poison(ctx, stream, rng)
+    ctx.set(offer, _noise(width, rng))
 
 
-async def receive(ctx: Any, stream: Any, count: int, *, rng: Random, stall: float = 0.0, timeout: int = TIMEOUT) -> list[Any]:
-    """Accept ``count`` payloads and return them; ``ready`` is low in a cycle with probability ``stall``.
-
-    With stalls, the first and the last payload must be valid for a cycle before they are accepted: a block whose ``valid`` waits for
-    ``ready`` then hangs, and this raises :class:`TimeoutError`.
-    """
-    received: list[Any] = []
+async def _receive(ctx: Any, stream: Any, count: int, rng: Random, stall: float, timeout: int) -> list[int]:
+    """:func:`receive`, as bits."""
+    received: list[int] = []
     idle = 0
     offered = False
+    was_ready = None
+    payload_bits = Value.cast(stream.payload)
     while len(received) < count:
         must_see_valid = stall > 0 and not offered and len(received) in (0, count - 1)
         ready = not must_see_valid and rng.random() >= stall
-        ctx.set(stream.ready, ready)
-        _, _, valid, payload = await ctx.tick().sample(stream.valid, stream.payload)
+        if ready != was_ready:
+            ctx.set(stream.ready, ready)
+            was_ready = ready
+        _, _, valid, payload = await ctx.tick().sample(stream.valid, payload_bits)
         offered = bool(valid) and not ready
         if valid and ready:
             received.append(payload)
@@ -74,22 +83,34 @@ async def receive(ctx: Any, stream: Any, count: int, *, rng: Random, stall: floa
     return received
 
 
+async def receive(ctx: Any, stream: Any, count: int, *, rng: Random, stall: float = 0.0, timeout: int = TIMEOUT) -> list[Any]:
+    """Accept ``count`` payloads and return them; ``ready`` is low in a cycle with probability ``stall``.
+
+    With stalls, the first and the last payload must be valid for a cycle before they are accepted: a block whose ``valid`` waits for
+    ``ready`` then hangs, and this raises :class:`TimeoutError`.
+    """
+    return list(map(_from_bits(stream), await _receive(ctx, stream, count, rng, stall, timeout)))
+
+
 def check_rules(stream: Any, transfers: list[Any], cycles: list[int] | None = None, *,
                 name: str = "stream") -> Callable[[Any], Awaitable[None]]:
     """Background testbench: a payload holds until accepted. Appends each transfer to ``transfers``, its cycle to ``cycles``.
 
     Cycle 0 is the first one of the simulation.
     """
+    payload_of = _from_bits(stream)
+
     async def testbench(ctx: Any) -> None:
         held = None
         cycle = 0
-        async for _, reset, valid, ready, payload in ctx.tick().sample(stream.valid, stream.ready, stream.payload):
+        async for _, reset, valid, ready, payload in ctx.tick().sample(stream.valid, stream.ready, Value.cast(stream.payload)):
             if held is not None and not reset:
                 assert valid, f"{name}: valid dropped before a transfer, cycle {cycle}"
-                assert payload == held, f"{name}: payload changed while stalled, cycle {cycle}: {held!r} -> {payload!r}"
+                assert payload == held, (f"{name}: payload changed while stalled, cycle {cycle}: "
+                                         f"{payload_of(held)!r} -> {payload_of(payload)!r}")
             held = payload if valid and not ready else None
             if valid and ready and not reset:
-                transfers.append(payload)
+                transfers.append(payload_of(payload))
                 if cycles is not None:
                     cycles.append(cycle)
             cycle += 1
@@ -130,7 +151,7 @@ def run_stream(dut: Any, payloads: Iterable[Any], *, rng: Random, stall_i: float
         await send(ctx, stream_i, payloads, rng=rng, stall=stall_i, timeout=timeout)
 
     async def sink(ctx):
-        await receive(ctx, stream_o, count, rng=rng, stall=stall_o, timeout=timeout)
+        await _receive(ctx, stream_o, count, rng, stall_o, timeout)
         ctx.set(stream_o.ready, 1)
         await ctx.tick().repeat(drain)
 
