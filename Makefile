@@ -66,7 +66,7 @@ clean:
 
 define INSTALL
 stop() { echo "$$*" >&2; exit 1; }
-echo "Installing the Python packages into $$VENV: 150 MB to download at first, 600 MB on disk."
+echo "Installing the Python packages into $$VENV: 170 MB to download at first, 680 MB on disk."
 test -x "$$VENV/bin/pip" || "$$PYTHON" -m venv "$$VENV" 2>/dev/null || "$$PYTHON" -m virtualenv --quiet "$$VENV" ||
     stop "A virtual environment cannot be made in $$VENV with $$PYTHON."
 "$$VENV/bin/python" -m pip install --quiet --disable-pip-version-check --editable ".[demo,sim,resources,boards,console,registers,lab,site,test]" ||

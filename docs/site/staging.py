@@ -4,6 +4,7 @@ Nothing is written into the repository: what is made at each build, the pages of
 diagrams, is written beside copies of the documents.
 """
 
+import ast
 import pkgutil
 import tomllib
 from collections.abc import Iterator, Mapping
@@ -56,7 +57,16 @@ def api_pages() -> dict[str, bytes]:
 
 
 def _module(name: str, underline: str) -> str:
-    return f"{name}\n{underline * len(name)}\n\n.. automodule:: {name}\n   :members:\n"
+    members = "   :members:\n" if _defines(name) else ""
+    return f"{name}\n{underline * len(name)}\n\n.. automodule:: {name}\n{members}"
+
+
+def _defines(name: str) -> bool:
+    """Whether a module defines anything. One that is a further name of another's members would list them twice."""
+    path = ROOT.joinpath(*name.split("."))
+    tree = ast.parse((path / "__init__.py" if path.is_dir() else path.with_suffix(".py")).read_text(encoding="utf-8"))
+    return any(isinstance(node, ast.ClassDef | ast.FunctionDef | ast.AsyncFunctionDef)
+               or (isinstance(node, ast.Assign | ast.AnnAssign) and not ast.unparse(node).startswith("__all__")) for node in tree.body)
 
 
 def stage(folder: Path, made: Mapping[str, bytes]) -> None:

@@ -102,7 +102,7 @@ def write_results(output: Path, rectified: Rectified, lines: int, *, flats: Sequ
     output : Path
     rectified : Rectified
     lines : int
-        That the gateware's rectifiers hold; :class:`UserError` if they are not enough.
+        That the gateware's rectifiers hold; :class:`golden.errors.UserError` if they are not enough.
     flats : sequence of path
         Pictures of a white surface, none or two.
     solution : Solution or None
@@ -148,7 +148,7 @@ def write_results(output: Path, rectified: Rectified, lines: int, *, flats: Sequ
 
 def calibrate(found: Found, board: Board, output: Path, lines: int, *, intrinsics: Sequence[NDArray[np.float64]] | None = None,
               flats: Sequence[Path] = ()) -> Rig:
-    """Compute the cameras that took these views, and :func:`write_results`; :class:`UserError` as of :func:`golden.calibrate.solve.solve`.
+    """Compute the cameras that took these views, and :func:`write_results`; errors are those of :func:`golden.calibrate.solve.solve`.
 
     Parameters
     ----------

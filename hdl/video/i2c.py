@@ -53,7 +53,7 @@ class I2cMaster(wiring.Component):
     releases SDA, then a stop condition; then the transfer continues. If SDA is still low: ``DATA_HELD``.
 
     Timing, in cycles of ``clock_hz``, from the minima of standard mode (UM10204: low 4.7 us, high 4.0 us, start set-up 4.7 us and hold
-    4.0 us, stop set-up 4.0 us, bus free 4.7 us, data set-up 250 ns): :attr:`low` and :attr:`high` are 54 % and 46 % of a period of
+    4.0 us, stop set-up 4.0 us, bus free 4.7 us, data set-up 250 ns): ``low`` and ``high`` are 54 % and 46 % of a period of
     ``bus_hz``, or the minimum; ``hold`` is 300 ns, the hold time of data after SCL's fall. SCL's high time counts from when it is seen
     high, without interruption, so a slow edge or clock stretching only lengthens a bit. Inputs are synchronised, 2 cycles late.
 

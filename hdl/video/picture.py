@@ -156,7 +156,7 @@ class PictureScan(wiring.Component):
     Members
     -------
     x, y : In
-        Column and line of :class:`DviTiming`.
+        Column and line of :class:`hdl.video.dvi.DviTiming`.
     frame_start : In(1)
         In vertical blanking: from the next cycle on words of the next picture are expected.
     settings : In(DisplaySettings())

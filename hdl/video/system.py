@@ -111,7 +111,7 @@ class StereoSystem(wiring.Component):
     memory_map : :class:`MemoryMap`
     budget : :class:`Budget`
         Of the memory's bandwidth; it sizes the FIFOs.
-    registers : :class:`RegisterMap`
+    registers : :class:`golden.host.registers.RegisterMap`
     depths : dict of str to int
         Depth in words of each FIFO whose highest level is in a register, by the register's name without ``_fill``.
     """

@@ -58,7 +58,7 @@ def simulated_port(system: LoopSystem, folder: Path, *, verilog: Path | None = N
     verilog : Path
         Of the same ports, in place of the system's own.
     faults : mapping
-        ``to_board`` and ``to_host``: the ``kind``, ``every`` and ``after`` of :class:`sim.kit.loop_port_tb.Line`. ``unplugged``: bytes of
+        ``to_board`` and ``to_host``: the ``kind``, ``every`` and ``after`` of ``Line`` in ``loop_port_tb``. ``unplugged``: bytes of
         the host after which the port disappears. ``dead``: the board is in reset.
     """
     folder.mkdir(parents=True, exist_ok=True)

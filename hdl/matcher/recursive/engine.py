@@ -110,7 +110,7 @@ class RecursiveEngine(wiring.Component):
         """Cycles from one frame's first label to the next one's, if pixels are offered and labels taken without a pause.
 
         ``lines_above`` lines only fill the line store, at a cycle beyond their pixels each; as many lines as the picture has and
-        :attr:`lines_below` take ``line_clocks``. Exact where a line is labelled at full rate. Flush cycles follow a narrower one: then an
+        ``lines_below`` take ``line_clocks``. Exact where a line is labelled at full rate. Flush cycles follow a narrower one: then an
         upper bound.
         """
         if width >= self.full_rate_width:
