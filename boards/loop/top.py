@@ -1,5 +1,6 @@
 """Top level for a board without cameras: clocks, resets, pins and a monitor around the system that matches pairs of a serial line."""
 
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any, Protocol
@@ -69,7 +70,7 @@ class PllBlock(Protocol):
         ...
 
 
-class LoopTop(Elaboratable):
+class LoopTop(Elaboratable, ABC):
     """A system with a serial line, as :class:`hdl.loop.system.LoopSystem`, on a board. A subclass connects the board's monitor.
 
     Clocks: a PLL makes ``sync`` of the oscillator, a second one ``pixel`` of a board with a monitor. The two are asynchronous to each
@@ -144,6 +145,6 @@ class LoopTop(Elaboratable):
             self.connect_monitor(m, port, screen)
         return m
 
+    @abstractmethod
     def connect_monitor(self, m: Module, port: Callable[[Pin], Any], screen: SideBySide) -> None:
         """Connect the outputs of ``screen``, which are in ``pixel``, to the board's monitor; ``port`` requests a pin."""
-        raise NotImplementedError
