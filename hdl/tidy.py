@@ -20,7 +20,8 @@ _NAME = re.compile(r"(?<![.\w'])[A-Za-z_]\w*")
 _INSTANCE = re.compile(r"(?m)^  (\w+) (\w+) \(\n((?:    \..*\n)*)  \);\n")
 _PIN = re.compile(r"    \.(\w+)\((.*)\),?\n")
 _INITIAL = re.compile(r"(?m)^(  reg (?:signed )?(?:\[\d+:0\] )?(\w+)) = (\d+'\w+);\n")
-_NOT = re.compile(r"(?m)^(  assign .* = )! (\w+)(?:\[(\d+)(?::(\d+))?\])?;\n")
+_PART = re.compile(r"(\w+)(?:\[(\d+)(?::(\d+))?\])?")
+_NOT = re.compile(r"(?m)^(  assign .* = )! ([\w\[\]:]+|\{ [\w\[\]:, ]+ \});\n")
 _MARKED = re.compile(r"(?m)^  \(\* no_rw_check = [^*]* \*\)\n(?=  reg (?:\[(\d+):0\] )?\w+ \[(\d+):0\];)")
 # A condition around a statement with two branches: whose `else` it is.
 _NESTED = re.compile(r"(?m)^(    if \(.*\))\n((?:      .*\n){2})")
@@ -42,9 +43,10 @@ def _written_out(part: str) -> str:
     widths = {name: int(high or 0) + 1 for high, name in _NET.findall(part)}
 
     def compared(found: re.Match[str]) -> str:
-        before, name, high, low = found.groups()
-        width = 1 if high and not low else int(high) - int(low) + 1 if high else widths[name]
-        return found[0] if width == 1 else f"{before}{found[0][len(before) + 2:-2]} == {width}'h{0:0{-(-width // 4)}x};\n"
+        before, operand = found.groups()
+        width = sum(1 if high and not low else int(high) - int(low) + 1 if high else widths[name]
+                    for name, high, low in _PART.findall(operand))
+        return found[0] if width == 1 else f"{before}{operand} == {width}'h{0:0{-(-width // 4)}x};\n"
 
     return _NOT.sub(compared, part)
 

@@ -101,9 +101,11 @@ def test_operands_are_as_wide_as_the_operation():
 
 def test_comparison_with_zero():
     nets = "  wire [5:0] a;\n  wire b;\n  reg signed [3:0] c;\n"
-    body = nets + "".join(f"  assign x = ! {operand};\n" for operand in ("a", "a[4:3]", "a[2]", "b", "c"))
+    operands = "a", "a[4:3]", "a[2]", "b", "c", "{ a[5:1], b, c }"
+    body = nets + "".join(f"  assign x = ! {operand};\n" for operand in operands)
     text = tidy(MODULE.format(name="top", ports="a, b", body=body))
-    assert re.findall("assign x = (.*);", text) == ["a == 6'h00", "a[4:3] == 2'h0", "! a[2]", "! b", "c == 4'h0"]
+    assert re.findall("assign x = (.*);", text) == [
+        "a == 6'h00", "a[4:3] == 2'h0", "! a[2]", "! b", "c == 4'h0", "{ a[5:1], b, c } == 10'h000"]
 
 
 def test_initial_values_and_branches():
