@@ -87,11 +87,14 @@ class Project:
         The modules of the same design.
     clocks_mhz : mapping
         Frequencies of the clocks that blocks of the vendor generate, by their sources as :func:`hdl.netlist.clock_sources` has them.
+    stored : str
+        What pictures of a host are stored in, in words.
     """
     name: str
     files: dict[str, str]
     netlist: dict[str, Netlist]
     clocks_mhz: Mapping[str, float] = field(default_factory=dict)
+    stored: str = ""
 
     @property
     def ports(self) -> dict[str, tuple[str, int]]:

@@ -150,7 +150,7 @@ def _build_board(design: Design, board: Board, display_name: str | None) -> _Bui
     if isinstance(board.pictures, CameraFormat):
         about["camera_clock_mhz"] = board.pictures.byte_clock_hz / 1e6
     else:
-        about |= {"width": size[0], "height": size[1], "baud": design.baud}
+        about |= {"width": size[0], "height": size[1], "baud": design.baud, "stored_in": project.stored}
     about |= board.about
     if core.budget:
         about |= {"buffers": core.budget.memory_map.buffers,
@@ -261,7 +261,8 @@ def _tell_board(board: Board, design: Design, build: _Build, folder: Path) -> No
               f"frames wait in {build.budget.buffers} buffers for each camera{', a kept pair in one more' if build.budget.kept else ''}.")
         print_table(build.budget.table())
     else:
-        print(f"The matcher has {clock_mhz:g} MHz, the serial line {design.baud:,} bits a second.")
+        assert build.project
+        print(f"The matcher has {clock_mhz:g} MHz, the serial line {design.baud:,} bits a second; pictures are in {build.project.stored}.")
     if build.fit:
         print_table(build.fit.table())
         print("\n".join(build.fit.told()))

@@ -74,7 +74,7 @@ def loop_project(system: LoopBoard, design: Design) -> Project:
     plan = _ProjectPlatform(design).prepare(VgaTop(system.core, design.clock_hz, design.display), NAME, emit_src=False)
     files = {file_name: text.rstrip("\n") + "\n" for file_name, text in plan.files.items()}
     files[f"{NAME}.v"], netlist = emit_rtlil(files.pop(f"{NAME}.il"), attributes=(ATTRIBUTE, NO_RW_CHECK))
-    return Project(NAME, files, netlist)
+    return Project(NAME, files, netlist, stored=system.core.stores.about)
 
 
 #: Lists the problems of a project, as :func:`boards.altera.check.check_project` does.

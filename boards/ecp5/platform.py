@@ -27,6 +27,7 @@ NAME = "stereo"
 #: Lattice's blocks, the only modules that a project takes from elsewhere: Yosys knows all of them.
 BLOCKS = {
     "EHXPLLL": BlackBox(generates=("CLKOP", "CLKOS"), clocked=("CLKI",)),
+    "BB": BlackBox(),
     "IB": BlackBox(repeats={"O": "I"}),
     "OBZ": BlackBox(),
     "ODDRX1F": BlackBox(clocked=("SCLK",)),
@@ -75,4 +76,4 @@ def loop_project(platform: LoopPlatform, system: LoopBoard) -> Project:
     plan = platform.prepare(top, NAME, emit_src=False)
     files = {file_name: text.rstrip("\n") + "\n" for file_name, text in plan.files.items()}
     files[f"{NAME}.v"], netlist = emit_rtlil(files.pop(f"{NAME}.il"), attributes=(NO_RW_CHECK, "FREQUENCY_PIN_CLKI", *ATTRIBUTES))
-    return Project(NAME, files, netlist)
+    return Project(NAME, files, netlist, stored=system.core.stores.about)

@@ -12,6 +12,7 @@ from hdl.video.tmds import DviLink, PairSerializer
 
 from ..loop.top import LoopTop, Pin, Wiring
 from .pll import Pll
+from .sdram_pins import connect_sdram
 
 
 __all__ = ["DviTop"]
@@ -23,7 +24,8 @@ class DviTop(LoopTop):
 
     Clocks: the PLL of ``pixel`` also makes ``shift``, five times as fast. It has no reset: its counter finds the words by itself.
 
-    Pins: the four channels of DVI have a double-data-rate register in the pin.
+    Pins: the four channels of DVI have a double-data-rate register in the pin, an SDRAM is as :func:`boards.ecp5.sdram_pins.connect_sdram`
+    has it.
 
     Parameters
     ----------
@@ -33,6 +35,9 @@ class DviTop(LoopTop):
     def __init__(self, core: Any, clock_hz: int, wiring: Wiring, display: DisplayFormat | None):
         pixel_pll = Pll(wiring.clock_hz, [PairSerializer.PAIRS * display.pixel_clock_hz, display.pixel_clock_hz]) if display else None
         super().__init__(core, wiring, Pll(wiring.clock_hz, [clock_hz]), display, pixel_pll)
+
+    def connect_memory(self, m: Module, port: Callable[[Pin], Any]) -> None:
+        connect_sdram(m, self.core.memory, port(Pin(self.wiring.sdram)))
 
     def connect_monitor(self, m: Module, port: Callable[[Pin], Any], screen: SideBySide) -> None:
         assert self.pixel_pll

@@ -9,6 +9,7 @@ from amaranth import *
 from amaranth.build import Platform
 from amaranth.lib import io
 from amaranth.lib.cdc import ResetSynchronizer
+from amaranth.lib.wiring import In
 
 from golden.video.formats import DisplayFormat
 from hdl.video.side_by_side import SideBySide
@@ -47,6 +48,8 @@ class Wiring:
         Eight, the lowest one first.
     dvi : str
         A connector for DVI: a resource with the differential pairs ``d``, of three channels, and ``clk``; empty if there is none.
+    sdram : str
+        A resource as :func:`amaranth_boards.resources.SDRAMResource` makes it, of 256 Mbit and 16 bits; empty if there is none.
     levels : mapping
         Pins that the board needs at a level.
     """
@@ -57,6 +60,7 @@ class Wiring:
     tx: Pin
     leds: tuple[Pin, ...]
     dvi: str = ""
+    sdram: str = ""
     levels: Mapping[Pin, int] = field(default_factory=dict)
 
 
@@ -71,7 +75,8 @@ class PllBlock(Protocol):
 
 
 class LoopTop(Elaboratable, ABC):
-    """A system with a serial line, as :class:`hdl.loop.system.LoopSystem`, on a board. A subclass connects the board's monitor.
+    """A system with a serial line, as :class:`hdl.loop.system.LoopSystem`, on a board. A subclass connects the board's monitor
+    and memory.
 
     Clocks: a PLL makes ``sync`` of the oscillator, a second one ``pixel`` of a board with a monitor. The two are asynchronous to each
     other: the picture memory alone has a port in either, and answers what it held before or after a write.
@@ -82,7 +87,8 @@ class LoopTop(Elaboratable, ABC):
     ----------
     core : wiring.Component
         ``uart_rx``, ``uart_tx``, ``leds``; with a display the picture memory, as :class:`hdl.video.side_by_side.SideBySide` reads it, in
-        ports whose names begin with ``display_``, in ``pixel``. It has ``width``, ``height`` and ``config`` as attributes.
+        ports whose names begin with ``display_``, in ``pixel``; ``memory``, if pictures are in an SDRAM. It has
+        ``width``, ``height`` and ``config`` as attributes.
     wiring : Wiring
     pll : PllBlock
         Its first output is ``sync``.
@@ -134,17 +140,25 @@ class LoopTop(Elaboratable, ABC):
             drive(f"led_{number}", led, core.leds[number])
         for number, (pin, level) in enumerate(wires.levels.items()):
             drive(f"level_{number}", pin, level)
+        if "memory" in core.signature.members:
+            self.connect_memory(m, port)
         if self.screen and self.pixel_pll:
             m.domains.pixel = ClockDomain()
             m.submodules.pixel_pll = self.pixel_pll
             m.d.comb += [self.pixel_pll.clock.eq(oscillator), ClockSignal("pixel").eq(self.pixel_pll.clocks[-1])]
             m.submodules.pixel_reset = ResetSynchronizer(~self.pixel_pll.locked | pressed, domain="pixel")
             m.submodules.screen = screen = DomainRenamer("pixel")(self.screen)
-            m.d.comb += [self.core.display_address.eq(screen.address),
-                         *(getattr(screen, name).eq(getattr(self.core, f"display_{name}")) for name in ("left", "label", "known"))]
+            for name, member in core.signature.members.items():
+                if (part := name.removeprefix("display_")) != name:
+                    inner, outer = getattr(core, name), getattr(screen, part)
+                    m.d.comb += inner.eq(outer) if member.flow is In else outer.eq(inner)
             self.connect_monitor(m, port, screen)
         return m
 
     @abstractmethod
     def connect_monitor(self, m: Module, port: Callable[[Pin], Any], screen: SideBySide) -> None:
         """Connect the outputs of ``screen``, which are in ``pixel``, to the board's monitor; ``port`` requests a pin."""
+
+    def connect_memory(self, m: Module, port: Callable[[Pin], Any]) -> None:
+        """Connect the core's ``memory`` to the board's SDRAM; ``port`` requests a pin. Boards that have one override it."""
+        raise ValueError(f"the core has its pictures in an SDRAM, and {type(self).__name__} connects none")

@@ -17,7 +17,8 @@ class Ulx3sPlatform(LoopPlatform, ULX3S_85F_Platform):
     README = __package__
     WIRING = Wiring(
         clock=Pin("clk25"), clock_hz=25_000_000, reset=Pin("button_fire", 0), rx=Pin("uart", signal="rx"), tx=Pin("uart", signal="tx"),
-        leds=tuple(Pin("led", number) for number in range(8)), dvi="hdmi", levels={Pin("esp32", signal="gpio0"): 1})
+        leds=tuple(Pin("led", number) for number in range(8)), dvi="hdmi", sdram="sdram",
+        levels={Pin("esp32", signal="gpio0"): 1})
 
 
 BOARD = loop_board("ulx3s", Ulx3sPlatform, Target("LFE5U-85F-6BG381C", "--85k", "CABGA381", "6", "38.8"), displays={"640x480": VGA})

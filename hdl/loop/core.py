@@ -2,9 +2,8 @@
 
 from amaranth import *
 from amaranth.lib import stream, wiring
-from amaranth.lib.wiring import In, Member, Out
+from amaranth.lib.wiring import In, Out
 
-from golden.config import MatcherConfig
 from golden.host.loop_registers import LOOP_PLANES, loop_register_map
 
 from ..host.blocks import BlockRead
@@ -14,21 +13,11 @@ from ..matcher.settings import minimum_shape
 from ..parts.counters import count_events
 from .pair_read import PairScan
 from .receive import BlockWrite
-from .results import LineSource, ResultWriter, StoredResult, shown_label
-from .store import FrameStore
+from .results import LineSource, ResultWriter
+from .words import Stores, pass_on
 
 
-__all__ = ["LoopCore", "display_ports"]
-
-
-def display_ports(config: MatcherConfig, height: int) -> dict[str, Member]:
-    """Members of a display's read port; see :class:`LoopCore`."""
-    return {
-        "display_address": In(range(config.max_width * height)),
-        "display_left": Out(8),
-        "display_label": Out(range(config.labels)),
-        "display_known": Out(1),
-    }
+__all__ = ["LoopCore"]
 
 
 class LoopCore(wiring.Component):
@@ -36,8 +25,9 @@ class LoopCore(wiring.Component):
 
     Golden: :class:`golden.host.loop_device.LoopDevice`, byte by byte.
 
-    The host writes the lines of both pictures as blocks and then 1 to ``start``: settings are put into force, the matcher reads the stores
-    at a pixel a clock, and its results fill the third store. They are kept until another pair is written or started.
+    The host writes the lines of both pictures as blocks and then 1 to ``start``: settings are put into force, the matcher reads the pair
+    from its stores, at a pixel a clock if these are memory blocks, and its results are stored. They are kept until another pair is written
+    or started.
 
     Timing: from ``start`` to the last result there are at most :meth:`pair_clocks` cycles, which ``clocks_high`` and ``clocks_low`` count.
     Requests as of :class:`hdl.host.registers.RequestReader`, blocks as of :class:`hdl.loop.receive.BlockWrite` and
@@ -45,14 +35,10 @@ class LoopCore(wiring.Component):
 
     Parameters
     ----------
-    config : MatcherConfig
-        ``max_width`` is the width of the stores.
-    height : int
-        Lines of the stores.
+    stores : Stores
+        Of which the system has the size and the matcher's configuration.
     timeout : int
         Cycles of silence after which a request is expected; as of :class:`hdl.host.registers.RequestReader`.
-    display : bool
-        With read ports in the clock domain ``pixel``.
 
     Members
     -------
@@ -62,36 +48,31 @@ class LoopCore(wiring.Component):
         One cycle: a byte of the line was lost.
     leds : Out(8)
         For a board: 0 busy, 1 a pair is kept, 2 matcher error, 3 the line had an error, 4 to 7 number of pairs.
-    display_address : In(range(max_width * height)), display_left : Out(8), display_label : Out(range(labels)), display_known : Out(1)
-        With ``display`` only, in the domain ``pixel``, asynchronous to ``sync``: left grey level and label of the place
-        ``y * max_width + x``, a cycle after its address. ``display_known``: whether the label passed the check of methods
-        that have one. Undefined while written.
+    members of ``stores.outside``
+        Passed on.
     """
-    def __init__(self, config: MatcherConfig, height: int, timeout: int, *, display: bool = False):
+    def __init__(self, stores: Stores, timeout: int):
+        config, height = stores.config, stores.height
         width = config.max_width
-        self.config, self.width, self.height = config, width, height
+        self.config, self.width, self.height, self.stores = config, width, height, stores
         self.registers = loop_register_map(config, height)
         self.register_file = ByteRegisters(self.registers, timeout, writes=True)
         self.block_read = BlockRead(height, planes=len(LOOP_PLANES))
         self.block_write = BlockWrite(width, height)
         self.matcher = Matcher(config)
-        self.scan = PairScan(width, height)
+        self.scan = PairScan(config, height, stores.ahead)
         self.writer = ResultWriter(config, height)
         self.source = LineSource(config, height)
-        depth, result_bits = width * height, StoredResult(config).size
-        self.left, self.right = FrameStore(depth, 8, display=display), FrameStore(depth, 8)
-        self.results = FrameStore(depth, result_bits, display=display)
-        self.display = display
         super().__init__({
-            "i": In(stream.Signature(8)), "o": Out(stream.Signature(8)), "line_error": In(1), "leds": Out(8),
-            **(display_ports(config, height) if display else {}),
+            "i": In(stream.Signature(8)), "o": Out(stream.Signature(8)), "line_error": In(1), "leds": Out(8), **stores.outside,
         })
 
     def pair_clocks(self, width: int, height: int) -> int:
         """Bound of the clocks from ``start`` to the last result of a pair of that size."""
         matcher = self.matcher
         line = max(width, matcher.full_rate_width) * matcher.clocks_per_pixel + matcher.line_clocks
-        return matcher.frame_clocks(width, height) + matcher.latency_lines * line + matcher.latency_clocks + PairScan.AHEAD
+        of_matcher = matcher.frame_clocks(width, height) + matcher.latency_lines * line + matcher.latency_clocks
+        return of_matcher + self.scan.ahead + self.stores.pair_clocks(width, height)
 
     def elaborate(self, platform: object) -> Module:
         m = Module()
@@ -102,7 +83,7 @@ class LoopCore(wiring.Component):
         m.submodules.scan = scan = self.scan
         m.submodules.matcher = matcher = self.matcher
         m.submodules.writer = writer = self.writer
-        m.submodules.left, m.submodules.right, m.submodules.results = left, right, results = self.left, self.right, self.results
+        m.submodules.stores = stores = self.stores
 
         wiring.connect(m, wiring.flipped(self.i), register_file.i)
         wiring.connect(m, register_file.o, wiring.flipped(self.o))
@@ -112,6 +93,11 @@ class LoopCore(wiring.Component):
         wiring.connect(m, source.o, block_read.i)
         wiring.connect(m, scan.o, matcher.i)
         wiring.connect(m, matcher.o, writer.i)
+        wiring.connect(m, block_write.o, stores.write)
+        wiring.connect(m, scan.read, stores.scan)
+        wiring.connect(m, source.read, stores.read)
+        wiring.connect(m, writer.o, stores.results)
+        pass_on(m, stores.outside, stores, self)
         m.d.comb += register_file.line_error.eq(self.line_error)
 
         settings, actions, status = register_file.settings, register_file.actions, register_file.status
@@ -134,7 +120,7 @@ class LoopCore(wiring.Component):
             m.d.sync += clocks.eq(clocks + 1)
             with m.If(writer.done):
                 m.d.sync += [busy.eq(0), kept.eq(1)]
-        with m.Elif(block_write.write):
+        with m.Elif(block_write.o.valid):
             m.d.sync += kept.eq(0)
 
         m.d.comb += [
@@ -144,34 +130,9 @@ class LoopCore(wiring.Component):
             *(each.width.eq(width) for each in (scan, writer)), *(each.lines.eq(lines) for each in (scan, writer)),
             writer.minimum.eq(minimum), block_read.kept.eq(kept),
             block_write.refuse.eq(busy | settings.keep), block_write.width.eq(settings.picture_width),
-            source.width.eq(settings.picture_width),
+            source.width.eq(settings.picture_width), stores.busy.eq(busy),
             status.matcher_error.eq(matcher.error), Cat(status.clocks_low, status.clocks_high).eq(clocks),
         ]
         count_events(m, pairs, writer.done, actions.clear_counters)
         m.d.sync += self.leds.eq(Cat(busy, kept, matcher.error, register_file.errors.any(), pairs[:4]))
-
-        # Of the stores: no block is written or sent while a pair is matched.
-        for number, store in enumerate((left, right)):
-            with m.If(busy):
-                m.d.comb += store.port.address.eq(scan.address)
-            with m.Elif(block_write.write):
-                m.d.comb += [store.port.address.eq(block_write.address), store.port.write.eq(block_write.plane == number)]
-            with m.Else():
-                m.d.comb += store.port.address.eq(source.address)
-            m.d.comb += store.port.data.eq(block_write.data)
-        m.d.comb += [
-            results.port.address.eq(Mux(busy, writer.address, source.address)), results.port.write.eq(writer.write),
-            results.port.data.eq(writer.data.as_value()),
-            *(each.left.eq(left.port.found) for each in (scan, source)), *(each.right.eq(right.port.found) for each in (scan, source)),
-            source.result.as_value().eq(results.port.found),
-        ]
-
-        if self.display:
-            shown = Signal(StoredResult(self.config))
-            m.d.comb += [
-                left.display_address.eq(self.display_address), results.display_address.eq(self.display_address),
-                self.display_left.eq(left.display_found), shown.as_value().eq(results.display_found),
-                self.display_label.eq(shown_label(shown, self.config)),
-                self.display_known.eq(shown.passed if "passed" in self.config.result_fields else 1),
-            ]
         return m

@@ -4,9 +4,11 @@ from amaranth import *
 from amaranth.lib import data, stream, wiring
 from amaranth.lib.wiring import In, Out
 
+from golden.config import MatcherConfig
+
 from ..matcher.stream import PixelPair
 from ..parts.queue import Queue
-from .store import FrameStore
+from .words import ReadPort
 
 
 __all__ = ["PairScan", "Place"]
@@ -65,15 +67,21 @@ class PlaceCounter(wiring.Component):
 
 
 class PairScan(wiring.Component):
-    """Reads both stores once, in step. Golden: the pixels of both pictures, line by line from the top.
+    """Reads both pictures once, in step. Golden: the pixels of both pictures, line by line from the top.
 
-    Timing: a pixel a cycle while ``o`` accepts them; the first one 6 cycles after ``start``. ``o.valid`` and ``address`` do not depend on
-    ``o.ready`` of the same cycle: as many pixels are read ahead as fit into a queue.
+    Timing: a pixel a cycle while ``o`` accepts them and the stores answer; the first one 3 cycles after its word was found, 6 cycles after
+    ``start`` from memory blocks. ``o.valid`` and the request do not depend on ``o.ready`` of the same cycle: as many pixels are read ahead
+    as fit into a queue.
+
+    Memory: ``ahead - 1`` pixels.
 
     Parameters
     ----------
-    max_width, height : int
-        Of the stores, pixels.
+    config : MatcherConfig
+    height : int
+        Of the stores, lines.
+    ahead : int
+        Pixels that are requested before ``o`` accepts them.
 
     Members
     -------
@@ -81,35 +89,31 @@ class PairScan(wiring.Component):
         Reads the pair from its first pixel on; must not be high again before the last one was accepted.
     width, lines : In
         As of :class:`PlaceCounter`.
-    address : Out(range(max_width * height))
-        To both stores.
-    left, right : In(8)
-        Words found, :attr:`hdl.loop.store.FrameStore.LATENCY` cycles later.
+    read : Out(ReadPort(config, max_width * height))
     o : Out(stream.Signature(PixelPair()))
     """
-    #: Pixels on their way: those of the stores' latency, the queue's, and the cycle in which a place in it is known to be free.
-    AHEAD = 8
-
-    def __init__(self, max_width: int, height: int):
-        self.places = PlaceCounter(max_width, height)
+    def __init__(self, config: MatcherConfig, height: int, ahead: int):
+        self.ahead = ahead
+        self.places = PlaceCounter(config.max_width, height)
         members = self.places.signature.members
         super().__init__({
             "start": In(1), "width": members["width"], "lines": members["lines"],
-            "address": Out(range(max_width * height)), "left": In(8), "right": In(8),
+            "read": Out(ReadPort(config, config.max_width * height)),
             "o": Out(stream.Signature(PixelPair())),
         })
 
     def elaborate(self, platform: object) -> Module:
         m = Module()
         m.submodules.places = places = self.places
-        m.submodules.queue = queue = Queue(PixelPair(), self.AHEAD)
-        place = places.place
+        m.submodules.queue = queue = Queue(PixelPair(), self.ahead)
+        place, request = places.place, self.read.request
         active = Signal()
-        ahead  = Signal(range(self.AHEAD + 1))
+        ahead  = Signal(range(self.ahead + 1))
         issue  = Signal()
         m.d.comb += [
             places.start.eq(self.start), places.width.eq(self.width), places.lines.eq(self.lines), places.step.eq(issue),
-            issue.eq(active & (ahead != self.AHEAD)), self.address.eq(place.address),
+            request.valid.eq(active & (ahead != self.ahead)), issue.eq(request.valid & request.ready),
+            request.p.address.eq(place.address), request.p.flags.eq(Cat(place.first, place.last, place.end)),
         ]
         with m.If(self.start):
             m.d.sync += active.eq(1)
@@ -118,18 +122,10 @@ class PairScan(wiring.Component):
         leaves = self.o.valid & self.o.ready
         m.d.sync += ahead.eq(ahead + issue - leaves)
 
-        # Flags travel beside the words of the stores.
-        flags = Cat(place.first, place.last, place.end)
-        valid: Value = issue
-        for number in range(FrameStore.LATENCY):
-            next_valid = Signal(name=f"valid_{number}")
-            next_flags = Signal(3, name=f"flags_{number}", reset_less=True)
-            m.d.sync += [next_valid.eq(valid), next_flags.eq(flags)]
-            valid, flags = next_valid, next_flags
-        into = queue.i
+        into, found = queue.i, self.read.found
         m.d.comb += [
-            into.valid.eq(valid), into.p.left.eq(self.left), into.p.right.eq(self.right),
-            Cat(into.p.first, into.p.last, into.p.end).eq(flags),
+            into.valid.eq(self.read.valid), into.p.left.eq(found.left), into.p.right.eq(found.right),
+            Cat(into.p.first, into.p.last, into.p.end).eq(self.read.flags),
         ]
         wiring.connect(m, queue.o, wiring.flipped(self.o))
         return m

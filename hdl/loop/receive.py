@@ -1,7 +1,7 @@
 """Block writes: a line of a picture, with its CRC, from the host into a store."""
 
 from amaranth import *
-from amaranth.lib import wiring
+from amaranth.lib import stream, wiring
 from amaranth.lib.memory import Memory
 from amaranth.lib.wiring import In, Out
 
@@ -11,6 +11,7 @@ from golden.host.protocol import CRC_BYTES, Status
 from ..host.blocks import BlockWritePort, crc_step
 from ..parts.delay import NO_COLLISION
 from .store import row_start
+from .words import SentPixel
 
 
 __all__ = ["BlockWrite"]
@@ -22,8 +23,8 @@ class BlockWrite(wiring.Component):
     Golden: :meth:`golden.host.loop_device.LoopDevice.receive`.
 
     Timing: the first byte is accepted 4 cycles after ``port.start``, then one a cycle. ``port.done`` is high 2 cycles after the last byte
-    was accepted if the CRC is wrong, and ``width + 3`` cycles after it if it is right; the line is in its store
-    :attr:`hdl.loop.store.FrameStore.LATENCY` cycles later. No byte is accepted in between.
+    was accepted if the CRC is wrong, and ``width + 3`` cycles after it if it is right and the store accepts a pixel a cycle: it has
+    accepted all of them then. No byte is accepted in between.
 
     Memory: a line.
 
@@ -39,8 +40,8 @@ class BlockWrite(wiring.Component):
         Blocks are refused, as busy.
     width : In(range(max_width + 1))
         Pixels of a line, at least 1; sampled at ``port.start``.
-    write : Out(1), plane : Out(range(2)), address : Out(range(max_width * height)), data : Out(8)
-        To the stores.
+    o : Out(stream.Signature(SentPixel(max_width * height)))
+        To the store.
     """
     def __init__(self, max_width: int, height: int):
         self.max_width, self.height = max_width, height
@@ -48,15 +49,12 @@ class BlockWrite(wiring.Component):
             "port": In(BlockWritePort()),
             "refuse": In(1),
             "width": In(range(max_width + 1)),
-            "write": Out(1),
-            "plane": Out(range(len(SENT_PLANES))),
-            "address": Out(range(max_width * height)),
-            "data": Out(8),
+            "o": Out(stream.Signature(SentPixel(max_width * height))),
         })
 
     def elaborate(self, platform: object) -> Module:
         m = Module()
-        port, byte = self.port, self.port.byte
+        port, byte, pixel = self.port, self.port.byte, self.o.p
         with m.If(port.plane >= len(SENT_PLANES)):
             m.d.sync += port.status.eq(Status.UNKNOWN_ADDRESS)
         with m.Elif(port.line >= self.height):
@@ -80,15 +78,14 @@ class BlockWrite(wiring.Component):
         m.d.comb += [
             accepted.eq(byte.valid & byte.ready),
             writer.addr.eq(count), writer.data.eq(byte.payload), writer.en.eq(accepted & (count < width)),
-            reader.addr.eq(count), reader.en.eq(1),
-            self.plane.eq(port.plane), self.data.eq(reader.data),
+            reader.addr.eq(count), pixel.plane.eq(port.plane), pixel.level.eq(reader.data),
         ]
-        address = Signal.like(self.address, reset_less=True)
+        address = Signal.like(pixel.address, reset_less=True)
         read    = Signal()      # the memory's output is a pixel
-        m.d.sync += read.eq(0)
-        m.d.comb += [self.write.eq(read), self.address.eq(address)]
-        with m.If(read):
-            m.d.sync += address.eq(address + 1)
+        moves   = Signal()      # it is accepted, or there is none
+        m.d.comb += [self.o.valid.eq(read), pixel.address.eq(address), moves.eq(self.o.ready | ~read), reader.en.eq(moves)]
+        with m.If(moves):
+            m.d.sync += [read.eq(0), address.eq(address + read)]
 
         line = port.line[:max(1, (self.height - 1).bit_length())]
         with m.FSM():
@@ -122,9 +119,9 @@ class BlockWrite(wiring.Component):
                     m.next = "idle"
 
             with m.State("copy"):
-                with m.If(count == width):
+                with m.If(moves & (count == width)):
                     m.next = "end"
-                with m.Else():
+                with m.Elif(moves):
                     m.d.sync += [read.eq(1), count.eq(count + 1)]
 
             with m.State("end"):

@@ -1,14 +1,18 @@
-"""A picture in block RAM: read and written by the system, read by a display in another clock domain."""
+"""Pictures in block RAM: read and written by the system, read by a display in another clock domain."""
 
 from amaranth import *
 from amaranth.lib import wiring
 from amaranth.lib.memory import Memory
 from amaranth.lib.wiring import In, Out
 
+from golden.config import PIXEL_BITS, MatcherConfig
+from golden.host.loop_registers import SENT_PLANES
+
 from ..parts.delay import NO_COLLISION
+from .words import FLAG_BITS, StoredResult, Stores, shown_known, shown_label
 
 
-__all__ = ["FrameStore", "StorePort", "row_start", "slice_bits"]
+__all__ = ["BlockStores", "FrameStore", "StorePort", "row_start", "slice_bits", "slices"]
 
 
 # Words of a block of one bit, as a power of two, and widths of its words: each is as many words fewer.
@@ -34,6 +38,18 @@ def slice_bits(depth: int, bits: int) -> int:
 
     taken = {min(width, bits): blocks(min(width, bits), min(width, bits)) for width in (*_WIDTHS, bits)}
     return min(width for width, number in taken.items() if number <= (1 + _MORE_BLOCKS) * min(taken.values()))
+
+
+def slices(depth: int, bits: int) -> list[int]:
+    """Widths of the memories of a store of whole words.
+
+    Examples
+    --------
+    >>> slices(320 * 240, 3), slices(50, 8)
+    ([1, 1, 1], [8])
+    """
+    shared = slice_bits(depth, bits)
+    return [min(shared, bits - low) for low in range(0, bits, shared)]
 
 
 def row_start(line: Value, width: int) -> Value:
@@ -99,10 +115,9 @@ class FrameStore(wiring.Component):
         found   = Signal(self.bits, reset_less=True)
         m.d.sync += [address.eq(self.port.address), data.eq(self.port.data), write.eq(self.port.write)]
         m.d.comb += self.port.found.eq(found)
-        shared = slice_bits(self.depth, self.bits)
-        for low in range(0, self.bits, shared):
-            part = slice(low, low + shared)
-            width = len(data[part])
+        low = 0
+        for width in slices(self.depth, self.bits):
+            part = slice(low, low + width)
             name = "memory" if width == self.bits else f"memory_{low}"
             m.submodules[name] = memory = Memory(shape=width, depth=self.depth, init=[], attrs=NO_COLLISION)
             reader, writer = memory.read_port(), memory.write_port()
@@ -112,4 +127,91 @@ class FrameStore(wiring.Component):
             if self.display:
                 shown = memory.read_port(domain="pixel")
                 m.d.comb += [shown.addr.eq(self.display_address), shown.en.eq(1), self.display_found[part].eq(shown.data)]
+            low += width
+        return m
+
+
+class BlockStores(Stores):
+    """A :class:`FrameStore` for each picture and for the results.
+
+    Timing: everything is accepted at once, but a ``read`` in the cycle of a ``write``; words are found :attr:`FrameStore.LATENCY` cycles
+    after their request.
+
+    Parameters
+    ----------
+    config, height
+        As of :class:`hdl.loop.words.Stores`.
+    display : bool
+        With read ports in the clock domain ``pixel``.
+
+    Members
+    -------
+    busy, write, scan, read, results
+        As of :class:`hdl.loop.words.Stores`.
+    display_address : In(range(max_width * height)), display_left : Out(8), display_label : Out(range(labels)), display_known : Out(1)
+        With ``display`` only, in the domain ``pixel``, asynchronous to ``sync``: left grey level and label of the place
+        ``y * max_width + x``, a cycle after its address. ``display_known``: whether the label passed the check of methods
+        that have one. Undefined while written.
+    """
+    # Those of the stores' latency, the queue's, and the cycle in which a place in it is known to be free.
+    ahead = 8
+    about = "memory blocks"
+
+    def __init__(self, config: MatcherConfig, height: int, *, display: bool = False):
+        depth = config.max_width * height
+        self.display = display
+        super().__init__(config, height, {
+            "display_address": In(range(depth)), "display_left": Out(PIXEL_BITS), "display_label": Out(range(config.labels)),
+            "display_known": Out(1),
+        } if display else {})
+        self.left, self.right = FrameStore(depth, PIXEL_BITS, display=display), FrameStore(depth, PIXEL_BITS)
+        self.result = FrameStore(depth, StoredResult(config).size, display=display)
+
+    def pair_clocks(self, width: int, height: int) -> int:
+        return 0
+
+    def elaborate(self, platform: object) -> Module:
+        m = Module()
+        m.submodules.left, m.submodules.right, m.submodules.results = left, right, result = self.left, self.right, self.result
+        scan, read, write, results = self.scan, self.read, self.write, self.results
+        m.d.comb += [scan.request.ready.eq(1), results.ready.eq(1), write.ready.eq(~self.busy)]
+        m.d.comb += read.request.ready.eq(~self.busy & ~write.valid)
+
+        sent = write.p
+        for plane, store in zip(range(len(SENT_PLANES)), (left, right)):
+            port = store.port
+            m.d.comb += port.data.eq(sent.level)
+            with m.If(self.busy):
+                m.d.comb += port.address.eq(scan.request.p.address)
+            with m.Elif(write.valid):
+                m.d.comb += [port.address.eq(sent.address), port.write.eq(sent.plane == plane)]
+            with m.Else():
+                m.d.comb += port.address.eq(read.request.p.address)
+        port = result.port
+        m.d.comb += [
+            port.address.eq(Mux(self.busy, results.p.address, read.request.p.address)), port.write.eq(results.valid),
+            port.data.eq(results.p.result.as_value()),
+        ]
+
+        # Flags travel beside the words.
+        for name, reader in (("scan", scan), ("read", read)):
+            valid, flags = reader.request.valid & reader.request.ready, reader.request.p.flags
+            for number in range(FrameStore.LATENCY):
+                next_valid = Signal(name=f"{name}_valid_{number}")
+                next_flags = Signal(FLAG_BITS, name=f"{name}_flags_{number}", reset_less=True)
+                m.d.sync += [next_valid.eq(valid), next_flags.eq(flags)]
+                valid, flags = next_valid, next_flags
+            found = reader.found
+            m.d.comb += [
+                reader.valid.eq(valid), reader.flags.eq(flags), found.left.eq(left.port.found), found.right.eq(right.port.found),
+                found.result.as_value().eq(result.port.found),
+            ]
+
+        if self.display:
+            shown = Signal(StoredResult(self.config))
+            m.d.comb += [
+                left.display_address.eq(self.display_address), result.display_address.eq(self.display_address),
+                self.display_left.eq(left.display_found), shown.as_value().eq(result.display_found),
+                self.display_label.eq(shown_label(shown, self.config)), self.display_known.eq(shown_known(shown, self.config)),
+            ]
         return m

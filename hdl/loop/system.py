@@ -1,16 +1,16 @@
-"""The matcher behind a serial line: a pair is received, matched at a pixel a clock, and its disparities are sent back."""
+"""The matcher behind a serial line: a pair is received and matched, and its disparities are sent back."""
 
 from amaranth import *
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
-from golden.config import MatcherConfig
 from golden.host.loop_registers import LOOP_BAUD
 from golden.host.protocol import FRAME_BYTES, FRAME_SECONDS
 
 from ..parts.queue import Queue
 from ..parts.uart import UartReceiver, UartTransmitter
-from .core import LoopCore, display_ports
+from .core import LoopCore
+from .words import Stores, pass_on
 
 
 __all__ = ["LoopSystem"]
@@ -31,7 +31,7 @@ class LoopSystem(wiring.Component):
 
     Parameters
     ----------
-    config, height, display
+    stores
         As of :class:`LoopCore`.
     clock_hz, baud : int
         As of :class:`hdl.parts.uart.UartReceiver`.
@@ -42,20 +42,17 @@ class LoopSystem(wiring.Component):
     -------
     uart_rx : In(1), uart_tx : Out(1)
         The pins, high while idle; the input is synchronised here.
-    leds, display_address, display_left, display_label, display_known
+    leds, members of ``stores.outside``
         As of :class:`LoopCore`.
     """
-    def __init__(self, config: MatcherConfig, height: int, clock_hz: int, baud: int = LOOP_BAUD, *, display: bool = False,
-                 frame_seconds: float = FRAME_SECONDS):
+    def __init__(self, stores: Stores, clock_hz: int, baud: int = LOOP_BAUD, *, frame_seconds: float = FRAME_SECONDS):
         self.receiver = UartReceiver(clock_hz, baud)
         self.transmitter = UartTransmitter(clock_hz, baud)
-        self.core = core = LoopCore(config, height, round(clock_hz * frame_seconds), display=display)
-        self.config, self.width, self.height, self.registers, self.matcher = config, core.width, height, core.registers, core.matcher
-        self.clock_hz, self.baud, self.display = clock_hz, baud, display
-        super().__init__({
-            "uart_rx": In(1, init=1), "uart_tx": Out(1, init=1), "leds": Out(8),
-            **(display_ports(config, height) if display else {}),
-        })
+        self.core = core = LoopCore(stores, round(clock_hz * frame_seconds))
+        self.config, self.width, self.height = core.config, core.width, core.height
+        self.registers, self.matcher, self.stores = core.registers, core.matcher, stores
+        self.clock_hz, self.baud = clock_hz, baud
+        super().__init__({"uart_rx": In(1, init=1), "uart_tx": Out(1, init=1), "leds": Out(8), **stores.outside})
 
     def elaborate(self, platform: object) -> Module:
         m = Module()
@@ -75,7 +72,5 @@ class LoopSystem(wiring.Component):
             receiver.rx.eq(self.uart_rx), self.uart_tx.eq(transmitter.tx), self.leds.eq(core.leds),
             core.line_error.eq(receiver.framing_error | receiver.overrun),
         ]
-        if self.display:
-            m.d.comb += [core.display_address.eq(self.display_address),
-                         *(getattr(self, name).eq(getattr(core, name)) for name in ("display_left", "display_label", "display_known"))]
+        pass_on(m, self.stores.outside, core, self)
         return m

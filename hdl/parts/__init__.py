@@ -1,3 +1,3 @@
-"""Parts for any gateware: registers, delays and FIFOs as streams, arithmetic, counters, sorting networks, a UART. None knows of pictures,
-matching or a board. May import ``golden.host.protocol``, for the baud rate.
+"""Parts for any gateware: registers, delays and FIFOs as streams, crossings, arithmetic, counters, sorting networks, a UART. None knows of
+pictures, matching or a board. May import ``golden.host.protocol``, for the baud rate.
 """

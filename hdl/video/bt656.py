@@ -8,8 +8,8 @@ from golden.video.bt656 import lost_bytes
 from golden.video.formats import CameraFormat
 
 from ..parts.counters import count_events
+from ..parts.crossing import ClockWatch, EventCrossing
 from .camera_fifo import CameraFifo
-from .crossing import ClockWatch, EventCrossing
 from .timing_codes import TimingCode, TimingCodes
 from .words import CameraWord
 

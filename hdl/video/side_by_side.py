@@ -21,7 +21,7 @@ __all__ = ["SideBySide"]
 class SideBySide(wiring.Component):
     """Reads a picture memory as a monitor shows it. Golden: :func:`golden.video.side_by_side.side_by_side`.
 
-    Timing: all outputs but ``address`` belong to the same pixel and are registered; the memory has a clock from ``address`` to its answer.
+    Timing: all outputs to the monitor belong to the same pixel and are registered; the memory has a clock from ``address`` to its answer.
     The first frame begins with vertical blanking.
 
     Memory: ``labels * 24`` bits of colours.
@@ -35,8 +35,10 @@ class SideBySide(wiring.Component):
 
     Members
     -------
-    address : Out(range(width * height))
-        ``y * width + x``.
+    address : Out(range(width * height)), column : Out
+        ``y * width + x``, and ``x``.
+    frame, line : Out(1)
+        For a memory that reads a line ahead: one cycle in vertical blanking; one cycle before the first ``column`` of each shown line.
     left : In(8), label : In(range(labels)), known : In(1)
         What is there, in the cycle after ``address``; a label that is not known is black.
     red, green, blue : Out(8)
@@ -53,7 +55,8 @@ class SideBySide(wiring.Component):
         self.labels = labels
         self.layout = layout(display, width, height)
         super().__init__({
-            "address": Out(range(width * height)),
+            "address": Out(range(width * height)), "column": Out(range(self.layout.width * self.layout.step)),
+            "frame": Out(1), "line": Out(1),
             "left": In(PIXEL_BITS), "label": In(range(labels)), "known": In(1),
             "red": Out(PIXEL_BITS), "green": Out(PIXEL_BITS), "blue": Out(PIXEL_BITS),
             "de": Out(1), "hsync": Out(1, init=1), "vsync": Out(1, init=1),
@@ -87,7 +90,8 @@ class SideBySide(wiring.Component):
             m.d.sync += line.eq(0)
         with m.Elif(in_line & (timing.x == columns.stop - 1)):
             m.d.sync += line.eq(line + step * self.width)
-        m.d.sync += self.address.eq(line + column)
+        m.d.sync += [self.address.eq(line + column), self.column.eq(column)]
+        m.d.comb += [self.frame.eq(timing.frame_start), self.line.eq(in_line & (timing.x == columns.start))]
 
         colours = colour_table()[grey_level(np.arange(self.labels), self.labels)]
         shape = StructLayout(dict.fromkeys(("red", "green", "blue"), PIXEL_BITS))

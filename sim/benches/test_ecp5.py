@@ -5,16 +5,24 @@ import pytest
 from hdl.build import main
 from sim.kit.display_cases import SMALL_DISPLAY
 from sim.kit.simulators import ECP5_STUBS, SIMULATORS, SimulationError, build, lint, run
-from sim.models.loop_double import double_project
+from sim.models.loop_double import double_project, memory_project
 
 
 TESTS = 2
 
 
-def verilog(folder, board, display):
+def written(folder, project):
     path = folder / "stereo.v"
-    path.write_text(double_project(board, display).files["stereo.v"])
+    path.write_text(project.files["stereo.v"])
     return path
+
+
+def verilog(folder, board, display):
+    return written(folder, double_project(board, display))
+
+
+def memory_verilog(folder):
+    return written(folder, memory_project("ulx3s", 60_000_000))
 
 
 def test_pins(tmp_path):
@@ -23,10 +31,21 @@ def test_pins(tmp_path):
     assert run("icarus", "stereo", tmp_path, "sim.benches.ecp5_tb") == TESTS
 
 
+def test_pins_of_the_memory(tmp_path):
+    """Words through the registers of the pins to a memory whose clock is inverted, and back."""
+    build("icarus", [memory_verilog(tmp_path), *ECP5_STUBS], "stereo", tmp_path)
+    assert run("icarus", "stereo", tmp_path, "sim.benches.ecp5_memory_tb") == 1
+
+
 @pytest.mark.parametrize("board, display, simulator", [
     *(("ulx3s", SMALL_DISPLAY, simulator) for simulator in SIMULATORS), ("ecpix5", None, "verilator")])
 def test_lint(board, display, simulator, tmp_path):
     lint(simulator, [verilog(tmp_path, board, display), *ECP5_STUBS], "stereo")
+
+
+@pytest.mark.parametrize("simulator", SIMULATORS)
+def test_lint_with_a_memory(simulator, tmp_path):
+    lint(simulator, [memory_verilog(tmp_path), *ECP5_STUBS], "stereo")
 
 
 def test_lint_complains(tmp_path):
@@ -38,9 +57,10 @@ def test_lint_complains(tmp_path):
 
 # Slow: the system itself takes ten seconds to write, and is simulated without the board around it.
 @pytest.mark.slow
-@pytest.mark.parametrize("board, method", [("ulx3s", "thesis"), ("ecpix5", "recursive")])
-def test_lint_of_the_real_system(board, method, tmp_path):
-    assert main(["--board", board, "--width", "16", "--height", "8", "--disparities", "4", "--method", method, "--no-bitstream",
-                 "--output", str(tmp_path)]) == 0
+@pytest.mark.parametrize("board, method, width, height", [
+    ("ulx3s", "thesis", 16, 8), ("ulx3s", "thesis", 640, 480), ("ecpix5", "recursive", 16, 8)])
+def test_lint_of_the_real_system(board, method, width, height, tmp_path):
+    assert main(["--board", board, "--width", str(width), "--height", str(height), "--disparities", "4", "--method", method,
+                 "--no-bitstream", "--output", str(tmp_path)]) == 0
     for simulator in SIMULATORS:
         lint(simulator, [tmp_path / "stereo.v", *ECP5_STUBS], "stereo")

@@ -86,6 +86,15 @@ def test_unplugged_and_silent(thesis, capsys):
         assert "no answer in 4 attempts of 0.2 s" in capsys.readouterr().err
 
 
+def test_sdram(tmp_path):
+    """Pictures in an SDRAM, whose strict model is at the board's ports."""
+    system = small_board(MatcherConfig(LABELS, WIDTH, method=LINEAR), HEIGHT, sdram=True)
+    with simulated_port(system, tmp_path / "board") as port:
+        report = matched(port)
+    assert (report["mismatches"], report["repeated"]) == (0, 0)
+    assert 2 * WIDTH * HEIGHT < report["clocks"] <= system.core.pair_clocks(WIDTH, HEIGHT)
+
+
 def test_method_recursive(tmp_path):
     with simulated_port(board(RECURSIVE_1), tmp_path / "board") as port:
         report = matched(port, "--method", "recursive")

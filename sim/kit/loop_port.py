@@ -12,6 +12,8 @@ from typing import Any
 
 from golden.config import MatcherConfig
 from hdl.emit import write_verilog
+from hdl.loop.sdram_store import SdramStores
+from hdl.loop.store import BlockStores
 from hdl.loop.system import LoopSystem
 
 from .simulators import ROOT, SimulationError, build
@@ -38,10 +40,11 @@ _START_SECONDS = 60.0
 _RUN = "import sys; from sim.kit.simulators import run; run(*sys.argv[1:4], 'sim.kit.loop_port_tb', env={environment!r})"
 
 
-def small_board(config: MatcherConfig, height: int) -> LoopSystem:
-    """A board whose line and time-out are as short as they can be in a simulation."""
+def small_board(config: MatcherConfig, height: int, *, sdram: bool = False) -> LoopSystem:
+    """A board whose line and time-out are as short as they can be in a simulation; with pictures in an SDRAM, or in memory blocks."""
     clock_hz = BIT_CYCLES * _BAUD
-    return LoopSystem(config, height, clock_hz, _BAUD, frame_seconds=_FRAME_CLOCKS / clock_hz)
+    stores = SdramStores(config, height, clock_hz) if sdram else BlockStores(config, height)
+    return LoopSystem(stores, clock_hz, _BAUD, frame_seconds=_FRAME_CLOCKS / clock_hz)
 
 
 @contextlib.contextmanager
@@ -67,7 +70,7 @@ def simulated_port(system: LoopSystem, folder: Path, *, verilog: Path | None = N
     for name in ("port", "stop"):
         (folder / name).unlink(missing_ok=True)
     environment = {"BIT_CYCLES": BIT_CYCLES, "IDLE_CLOCKS": idle_clocks, "LOOP_FOLDER": str(folder.resolve()),
-                   "LOOP_FAULTS": json.dumps(faults or {})}
+                   "SDRAM_HZ": system.clock_hz if "memory" in system.stores.outside else 0, "LOOP_FAULTS": json.dumps(faults or {})}
     # In a process of its own: cocotb's runner changes the environment while it works.
     with (folder / "port.log").open("w") as log:
         process = subprocess.Popen([sys.executable, "-c", _RUN.format(environment=environment), simulator, TOP, str(folder / simulator)],

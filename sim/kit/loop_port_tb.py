@@ -10,6 +10,9 @@ import cocotb
 from cocotb.clock import Clock
 from cocotb.triggers import ClockCycles, FallingEdge, Timer
 
+from sim.models.cocotb_sdram import serve_sdram_ports
+from sim.models.sdram import SdramMemory
+
 
 CLOCK_NS = 10
 BIT_NS = CLOCK_NS * int(os.environ.get("BIT_CYCLES", "0"))
@@ -42,6 +45,8 @@ async def port(dut):
     dut.uart_rx.value = 1
     dut.rst.value = 1
     cocotb.start_soon(Clock(dut.clk, CLOCK_NS, "ns", impl="gpi").start())
+    if clock_hz := int(os.environ["SDRAM_HZ"]):
+        cocotb.start_soon(serve_sdram_ports(dut, SdramMemory(clock_hz)))
     await ClockCycles(dut.clk, 4)
     dut.rst.value = int(faults.get("dead", False))
     master, slave = os.openpty()

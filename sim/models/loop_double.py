@@ -1,6 +1,8 @@
-"""Stand-in for the system behind a serial line: few registers between its ports, so that a board's top level can be tried alone."""
+"""Stand-ins for the system behind a serial line: few registers between its ports, so that a board's top level can be tried alone."""
 
+from dataclasses import replace
 from functools import cache
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -14,9 +16,11 @@ from boards.loop.system import LoopBoard
 from boards.registry import Design, Project, find_board
 from golden.config import MatcherConfig
 from golden.video.formats import VGA, DisplayFormat
+from golden.video.sdram import SDRAM
+from hdl.loop.sdram import SdramController, SdramPins
 
 
-__all__ = ["LoopDouble", "double_pictures", "double_project"]
+__all__ = ["LoopDouble", "MemoryDouble", "double_pictures", "double_project", "memory_project"]
 
 
 def double_pictures(config: MatcherConfig, height: int) -> tuple[NDArray[Any], NDArray[Any], NDArray[Any]]:
@@ -28,10 +32,11 @@ def double_pictures(config: MatcherConfig, height: int) -> tuple[NDArray[Any], N
 class LoopDouble(wiring.Component):
     """Sends back each bit of the line a clock later; the LEDs count its changes; shows :func:`double_pictures`.
 
-    Parameters and members as of :class:`hdl.loop.system.LoopSystem`.
+    Members as of :class:`hdl.loop.system.LoopSystem` with :class:`hdl.loop.store.BlockStores`.
     """
     def __init__(self, config: MatcherConfig, height: int, display: bool):
         self.config, self.width, self.height, self.display = config, config.max_width, height, display
+        self.stores = SimpleNamespace(about="a stand-in")
         super().__init__({
             "uart_rx": In(1, init=1), "uart_tx": Out(1, init=1), "leds": Out(8),
             **({"display_address": In(range(self.width * height)), "display_left": Out(8), "display_label": Out(range(config.labels)),
@@ -51,6 +56,50 @@ class LoopDouble(wiring.Component):
             m.d.comb += [read.addr.eq(self.display_address), self.display_left.eq(read.data[:8]),
                          self.display_label.eq(read.data[8:16]), self.display_known.eq(read.data[16])]
         return m
+
+
+class MemoryDouble(wiring.Component):
+    """Writes :attr:`WORDS` words into several rows and banks of a board's SDRAM, and reads them back once; the LEDs count those that are as
+    they were. Members as of :class:`hdl.loop.system.LoopSystem` with :class:`hdl.loop.sdram_store.SdramStores`.
+    """
+    WORDS = 64
+    #: Of the pause after power-up, which is shorter than the memory's.
+    POWER_UP = 30
+
+    def __init__(self, config: MatcherConfig, height: int, clock_hz: int):
+        self.config, self.width, self.height = config, config.max_width, height
+        self.stores = SimpleNamespace(about="a stand-in")
+        self.controller = SdramController(replace(SDRAM.clocks(clock_hz), power_up=self.POWER_UP + 1), 1)
+        super().__init__({"uart_rx": In(1, init=1), "uart_tx": Out(1, init=1), "leds": Out(8), "memory": Out(SdramPins())})
+
+    def elaborate(self, platform: object) -> Module:
+        m = Module()
+        m.submodules.controller = controller = self.controller
+        wiring.connect(m, controller.memory, wiring.flipped(self.memory))
+        number, returned = Signal(range(2 * self.WORDS + 1)), Signal(range(self.WORDS))
+        place, access = number[:-2], controller.i.p
+
+        def word(of: Value) -> Value:
+            return Cat(of, Const(0, 8 - len(of)), ~of)
+
+        m.d.comb += [
+            controller.i.valid.eq(~number[-1]), access.write.eq(~number[-2]), access.bytes.eq(-1), access.data.eq(word(place)),
+            # A row has four words, and each half of the memory eight rows.
+            access.address.eq(Cat(place[:2], Const(0, 7), place[2:5], Const(0, 11), place[5])),
+        ]
+        with m.If(controller.i.valid & controller.i.ready):
+            m.d.sync += number.eq(number + 1)
+        with m.If(controller.valid):
+            m.d.sync += [returned.eq(returned + 1), self.leds.eq(self.leds + (controller.found == word(returned)))]
+        return m
+
+
+@cache
+def memory_project(board: str, clock_hz: int) -> Project:
+    """The project of a board with :class:`MemoryDouble` on it, whose monitor is black."""
+    config = MatcherConfig(labels=4, max_width=9)
+    core = MemoryDouble(config, 6, clock_hz)
+    return find_board(board).project(LoopBoard(core, None), Design(config, 6, clock_hz, VGA, None, 3_000_000))
 
 
 @cache

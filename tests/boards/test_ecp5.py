@@ -13,11 +13,19 @@ from boards.ecp5.check import check_project
 from boards.ecp5.fit import blocks
 from boards.ecp5.platform import BLOCKS
 from boards.ecp5.pll import Pll, dividers, make_clock
-from boards.registry import find_board
+from boards.ecp5.stores import block_or_sdram_stores
+from boards.registry import Design, find_board
+from golden.config import FUSED_1, MatcherConfig, OnePass, changed
 from golden.errors import UserError
+from golden.video.formats import VGA
+from hdl.loop.sdram_store import SdramStores
+from hdl.loop.store import BlockStores
 from hdl.memory_blocks import MemoryShape
 from sim.models.loop_double import double_project
 from tests.kit import refused_components
+
+
+THESIS = changed(OnePass(), arithmetic="linear")
 
 
 def project(board="ulx3s"):
@@ -136,6 +144,40 @@ def test_clock_that_is_chosen():
     for clock, nearest in ((77, "78.125"), (0, "3.125"), (-5, "3.125"), (1000, "400")):
         with pytest.raises(UserError, match=rf"^the PLL of the board b does not make {clock} MHz of 25 MHz; choose --clock {nearest}$"):
             make_clock("b", 25_000_000, clock)
+
+
+def design(width, height, clock_hz=60_000_000, method=THESIS, labels=64):
+    return Design(MatcherConfig(labels, width, method=method), height, clock_hz, VGA, None, 3_000_000)
+
+
+@pytest.mark.parametrize("of, kind", [
+    (design(320, 240, labels=16), BlockStores), (design(320, 240, method=FUSED_1), BlockStores), (design(384, 240), BlockStores),
+    (design(400, 300), SdramStores), (design(640, 480), SdramStores),
+])
+def test_what_pictures_are_stored_in(of, kind):
+    """Memory blocks, three quarters of them at most, or an SDRAM."""
+    with refused_components():
+        assert type(block_or_sdram_stores(of)) is kind
+
+
+def test_memory_that_is_too_slow():
+    with refused_components(), pytest.raises(UserError, match=r"^--width 640 --height 480 --clock 25: a line of .* at least 28"):
+        block_or_sdram_stores(design(640, 480, 25_000_000))
+
+
+def test_pins_of_the_memory(monkeypatch):
+    """By the board's schematic; each has a register, and the memory's clock and data are as :mod:`boards.ecp5.sdram_pins` has them."""
+    monkeypatch.setattr("boards.ecp5.stores.PICTURE_BLOCKS", -1)
+    small = design(8, 4, labels=2)
+    board = find_board("ulx3s")
+    built = board.project(board.system(small), small)
+    assert check_project(built) == [] and built.stored == "SDRAM"
+    found = dict(re.findall(r'LOCATE COMP "sdram_0__(.*)" SITE "(.*)";', built.files["stereo.lpf"]))
+    assert len(found) == 39
+    assert {name: found[name] for name in ("clk__io", "clk_en__io", "cs__io", "we__io", "ras__io", "cas__io", "ba__io[0]", "a__io[12]",
+                                           "dqm__io[1]", "dq__io[0]", "dq__io[15]")} == {
+        "clk__io": "F19", "clk_en__io": "F20", "cs__io": "P20", "we__io": "T20", "ras__io": "R20", "cas__io": "T19", "ba__io[0]": "P19",
+        "a__io[12]": "G19", "dqm__io[1]": "E20", "dq__io[0]": "J16", "dq__io[15]": "J17"}
 
 
 @pytest.mark.parametrize("shape, number", [

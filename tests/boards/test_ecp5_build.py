@@ -70,13 +70,14 @@ def test_build(board, tmp_path, capsys):
     files = ["README.md", "stereo.bit", "stereo.log", "stereo.lpf", "stereo.svf", "stereo.v"]
     assert sorted(path.name for path in tmp_path.iterdir()) == ["README.md", "manifest.json", *files[1:]]
     about = {"board": "ulx3s", "device": "LFE5U-85F-6BG381C", "display": "640x480", "clock_mhz": 60, "pixel_clock_mhz": 25, "width": 9,
-             "height": 6, "baud": 3_000_000, "files": files}
+             "height": 6, "baud": 3_000_000, "stored_in": "a stand-in", "files": files}
     assert {name: told[name] for name in about} == about
     assert told["bitstream"]["clocks"] == [{"name": "matcher", "needed_mhz": 75, "reached_mhz": 80.26}]
     assert told["resources"]["device"] == {"tables": 83_640, "registers": 83_640, "memory_blocks": 208, "multipliers": 156}
     out, err = capsys.readouterr()
     assert err == ""
-    for line in ("The matcher has 60 MHz, the serial line 3,000,000 bits a second.", "│ tables │   10 │     40 │ 25.0 % │",
+    for line in ("The matcher has 60 MHz, the serial line 3,000,000 bits a second; pictures are in a stand-in.",
+                 "│ tables │   10 │     40 │ 25.0 % │",
                  "Clock matcher: 75 MHz needed, 80.3 MHz reached.", "It took 1.1 minutes; logs: stereo.log"):
         assert line in out
 

@@ -7,6 +7,11 @@ module OBZ (input I, input T, output O);
   assign O = T ? 1'bz : I;
 endmodule
 
+module BB (input I, input T, output O, inout B);
+  assign B = T ? 1'bz : I;
+  assign O = B;
+endmodule
+
 module FD1S3AX (input D, input CK, output reg Q);
   initial Q = 1'b0;
   always @(posedge CK) Q <= D;

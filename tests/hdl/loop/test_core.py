@@ -1,6 +1,8 @@
 # amaranth: UnusedElaboratable=no
 """hdl.loop.core against its golden model, byte by byte: pairs, blocks with faults, pauses, refusals; and the display's read port."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from amaranth.sim import Simulator
@@ -10,11 +12,17 @@ from golden.host.loop_device import LoopDevice
 from golden.host.loop_registers import LOOP_PLANES
 from golden.host.protocol import Operation, Request, encode_block, encode_request
 from golden.matcher.matcher import match
+from golden.video.sdram import SDRAM
 from hdl.loop.core import LoopCore
+from hdl.loop.sdram_store import SdramStores
+from hdl.loop.store import BlockStores
 from sim.kit.cases import noise
+from sim.models.sdram import SdramMemory, serve_sdram
 
 
 TIMEOUT = 24
+CLOCK_HZ, POWER_UP_CLOCKS = 60_000_000, 30
+CLOCKS = replace(SDRAM.clocks(CLOCK_HZ), power_up=POWER_UP_CLOCKS + 1)
 LINEAR = changed(OnePass(), arithmetic="linear")
 SMALL = MatcherConfig(4, 7, method=LINEAR)
 
@@ -27,8 +35,11 @@ class Bench:
     clocks : list of int
         What the gateware tells that pairs took.
     """
-    def __init__(self, config, height, *, display=False, seed=0):
-        self.dut = LoopCore(config, height, TIMEOUT, display=display)
+    def __init__(self, config, height, *, display=False, sdram=False, seed=0):
+        self.display = display
+        self.memory = SdramMemory(CLOCK_HZ, power_up=POWER_UP_CLOCKS * 1e9 / CLOCK_HZ) if sdram else None
+        self.dut = LoopCore(SdramStores(config, height, CLOCK_HZ, clocks=CLOCKS) if sdram else BlockStores(config, height, display=display),
+                            TIMEOUT)
         self.device = LoopDevice(config, height)
         self.rng = np.random.default_rng(seed)
         self.received = bytearray()
@@ -54,8 +65,10 @@ class Bench:
 
         simulator = Simulator(self.dut)
         simulator.add_clock(1e-6)
-        if self.dut.display:
+        if self.display:
             simulator.add_clock(0.7e-6, domain="pixel")
+        if self.memory:
+            simulator.add_process(serve_sdram(self.dut.memory, self.memory))
         simulator.add_testbench(outer)
         simulator.add_testbench(receive, background=True)
         simulator.run()
@@ -123,13 +136,14 @@ def put(plane, line, data):
 
 
 # Slow: the matchers take longer than all the rest, and are compared with golden elsewhere; results of several bytes are in the bench.
+@pytest.mark.parametrize("sdram", [False, True])
 @pytest.mark.parametrize("config, minimum, size", [
     pytest.param(SMALL, None, (7, 3), id="thesis"),
     pytest.param(MatcherConfig(4, 9, minimum=-2, method=changed(FUSED_1, sub_pixel=True)), -1, (8, 2), id="fused", marks=pytest.mark.slow),
     pytest.param(MatcherConfig(4, 10, method=RECURSIVE_1), 3, (10, 2), id="recursive", marks=pytest.mark.slow),
 ])
-def test_pairs(config, minimum, size):
-    """Two pairs of different sizes, with other settings for the second one; all planes are read."""
+def test_pairs(config, minimum, size, sdram):
+    """Two pairs of different sizes, with other settings for the second one; all planes are read. In either store."""
     async def testbench(bench):
         for seed, (width, height) in enumerate([size, (size[0] - 3, size[1] - 1)]):
             await bench.write("picture_width", width)
@@ -143,7 +157,7 @@ def test_pairs(config, minimum, size):
             await bench.get()
         assert (await bench.read("pairs"), await bench.read("uart_errors"), await bench.read("kept")) == (2, 0, 1)
 
-    Bench(config, size[1] + 1).run(testbench)
+    Bench(config, size[1] + 1, sdram=sdram).run(testbench)
 
 
 BLOCK = put(0, 1, bytes(range(7)))

@@ -1,13 +1,15 @@
 # amaranth: UnusedElaboratable=no
-"""hdl.loop.pair_read with both stores: pixels in order, with their flags, a pixel a clock unless the matcher waits."""
+"""hdl.loop.pair_read with memory blocks: pixels in order, with their flags, a pixel a clock unless the matcher waits."""
 
 import numpy as np
 import pytest
 from amaranth import *
+from amaranth.lib import wiring
 from amaranth.sim import Simulator
 
+from golden.config import MatcherConfig
 from hdl.loop.pair_read import PairScan
-from hdl.loop.store import FrameStore
+from hdl.loop.store import BlockStores
 from sim.kit.cases import comparable, noise, pixel_words
 from sim.kit.streams import check_rules
 
@@ -19,14 +21,12 @@ WIDTH, HEIGHT = 9, 5
 def test_pixels(size, stall):
     """Twice, and nothing else."""
     width, height = size
-    scan, stores = PairScan(WIDTH, HEIGHT), [FrameStore(WIDTH * HEIGHT, 8) for _ in range(2)]
+    config = MatcherConfig(4, WIDTH)
+    stores = BlockStores(config, HEIGHT)
+    scan = PairScan(config, HEIGHT, stores.ahead)
     m = Module()
-    m.submodules.scan = scan
-    m.submodules += stores
-    writing, address, data = Signal(), Signal(range(WIDTH * HEIGHT)), Signal(16)
-    for number, (store, found) in enumerate(zip(stores, (scan.left, scan.right))):
-        m.d.comb += [store.port.address.eq(Mux(writing, address, scan.address)), store.port.write.eq(writing),
-                     store.port.data.eq(data.word_select(number, 8)), found.eq(store.port.found)]
+    m.submodules.scan, m.submodules.stores = scan, stores
+    wiring.connect(m, scan.read, stores.scan)
     left, right = noise(WIDTH, HEIGHT, 7)
     expected = pixel_words(left[:height, :width], right[:height, :width])
     rng = np.random.default_rng(1)
@@ -41,12 +41,13 @@ def test_pixels(size, stall):
             nonlocal cycle
             cycle += count
             await ctx.tick().repeat(count)
-        ctx.set(writing, 1)
-        for place in range(WIDTH * HEIGHT):
-            ctx.set(address, place)
-            ctx.set(data, int(left.flat[place] | right.flat[place] << 8))
-            await tick()
-        ctx.set(writing, 0)
+        ctx.set(stores.write.valid, 1)
+        for plane, picture in enumerate((left, right)):
+            for place in range(WIDTH * HEIGHT):
+                ctx.set(stores.write.p, {"plane": plane, "address": place, "level": int(picture.flat[place])})
+                await tick()
+        ctx.set(stores.write.valid, 0)
+        ctx.set(stores.busy, 1)
         ctx.set(scan.width, width)
         ctx.set(scan.lines, height)
         for turn in range(2):

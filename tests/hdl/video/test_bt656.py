@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from golden.video.bt656 import decode, encode, encode_line, lost_bytes
+from hdl.parts.crossing import ClockWatch
 from hdl.video.bt656 import CameraInput
-from hdl.video.crossing import ClockWatch
 from sim.kit.cases import comparable
 from sim.models.camera import FAULTS, Camera
 from tests.hdl.video.camera_runs import BYTE, RATIOS, SMALL, TINY, WIDE, pictures, run_camera

@@ -5,8 +5,8 @@ import numpy as np
 import pytest
 
 from golden.video.formats import PAL
+from hdl.parts.crossing import ClockWatch
 from hdl.video.bt656 import CameraInput
-from hdl.video.crossing import ClockWatch
 from sim.models.camera import STOPPED, Camera
 from tests.hdl.video.camera_runs import SMALL, TINY, WIDE, pictures, run_camera
 from tests.kit import by_turns

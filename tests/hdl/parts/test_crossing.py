@@ -3,7 +3,7 @@ import pytest
 from amaranth import *
 from amaranth.sim import Simulator
 
-from hdl.video.crossing import ClockWatch, EventCrossing
+from hdl.parts.crossing import ClockWatch, EventCrossing
 
 
 PERIOD = 1e-6
