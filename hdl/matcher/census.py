@@ -7,7 +7,7 @@ from amaranth import *
 from amaranth.lib import data, stream
 from amaranth.lib.wiring import In, Member, Out
 
-from golden.config import MatcherConfig
+from golden.config import PIXEL_BITS, MatcherConfig
 
 from ..parts.delay import data_register
 from .stage import Stage
@@ -58,8 +58,8 @@ class CensusStage(Stage):
         """Cycles from a column to the census at it."""
         return 2 + self.config.refined.cost.census_columns // 2
 
-    def _limits(self, m: Module, output: Value, centre: data.View) -> dict[str, Value]:
-        """Grey level of either picture below which a neighbour has a bit; in the cycle of ``output``."""
+    def _limits(self, m: Module, moves: Value, following: data.View, centre: data.View) -> dict[str, Value]:
+        """Grey level of either picture below which a neighbour of ``centre`` has a bit; as the window ``moves``, ``following`` becomes it."""
         return {side: centre[side].line for side in ("left", "right")}
 
     def elaborate(self, platform: object) -> Module:
@@ -95,7 +95,9 @@ class CensusStage(Stage):
         ]
         with m.If(output):
             m.d.sync += pending[0].eq(0)
-        with m.If(ready & (next_valid | repeat)):
+        moves = Signal()
+        m.d.comb += moves.eq(ready & (next_valid | repeat))
+        with m.If(moves):
             now_closing = Cat(closing[1:], ~repeat & next_column.last)
             m.d.sync += [pending.eq(Cat(pending[1:], ~repeat)), closing.eq(now_closing), repeat.eq(now_closing[1:].any())]
             m.d.sync += [column.eq(Mux(closing[0], next_column, later)) for column, later in pairwise(window)]
@@ -103,7 +105,7 @@ class CensusStage(Stage):
                 m.d.sync += newest.eq(next_column)
 
         # Comparisons, straight into registers.
-        limits = self._limits(m, output, centre)
+        limits = self._limits(m, moves, [*window[1:], next_column][reach], centre)
         first_row = (self.rows - self.config.refined.cost.census_rows) // 2
         names = line_names(self.rows)[first_row:self.rows - first_row]
         payload = data_register(m, self.o.payload)
@@ -135,10 +137,15 @@ class BlindCensusStage(CensusStage):
     def __init__(self, config: MatcherConfig):
         super().__init__(config, threshold=In(3))
 
-    def _limits(self, m: Module, output: Value, centre: data.View) -> dict[str, Value]:
+    def _limits(self, m: Module, moves: Value, following: data.View, centre: data.View) -> dict[str, Value]:
         held = Signal.like(self.threshold, reset_less=True)
-        now = Mux(centre.first, self.threshold, held)
-        with m.If(output):
+        now = Mux(following.first, self.threshold, held)
+        # Once for all neighbours, and a cycle ahead: of each sum with one of them there would be an adder in front of every comparison.
+        limits: dict[str, Value] = {}
+        for side in ("left", "right"):
+            limits[side] = Signal(signed(PIXEL_BITS + 1), name=f"{side}_limit", reset_less=True)
+            with m.If(moves):
+                m.d.sync += limits[side].eq(following[side].line - now)
+        with m.If(moves):
             m.d.sync += held.eq(now)
-        # Once for all neighbours: of each sum with one of them there would be an adder in front of every comparison.
-        return {side: line - now for side, line in super()._limits(m, output, centre).items()}
+        return limits

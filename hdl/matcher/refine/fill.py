@@ -36,7 +36,7 @@ class Fill(Stage):
     without a pause is valid :attr:`lines` line of ``W`` cycles and :attr:`latency` cycles after it was accepted, whichever pixels passed.
     ``i.ready`` is registered.
 
-    Memory: ``max_width + 1`` words of :class:`LabelWord` with the bit ``enable``, ``max_width + 3`` labels with a bit; ``pause`` more of
+    Memory: ``max_width + 2`` words of :class:`LabelWord` with the bit ``enable``, ``max_width + 4`` labels with a bit; ``pause`` more of
     each.
 
     Parameters
@@ -75,8 +75,9 @@ class Fill(Stage):
 
     def elaborate(self, platform: object) -> Module:
         m = Module()
-        # A line, and the pixels of the next one accepted before the first is known to be complete; one word is in the register behind.
-        depth = self.config.max_width + self.settling - 1
+        # A line, and the pixels of the next one accepted before the first is known to be complete; one word is in the register behind. One
+        # more, since room is decided a cycle ahead: the queue's level is far from all that depends on a word's acceptance.
+        depth = self.config.max_width + self.settling
         queued = data.StructLayout({"pixel": LabelWord(self.config), "enable": 1})
 
         # Two queues: pixels, and the labels of those that passed. As a line is output, the head of the second one is the nearest passing
@@ -84,12 +85,14 @@ class Fill(Stage):
         m.submodules.pixels = pixels = Queue(queued, depth)
         m.submodules.pixel_head = pixel_head = StreamRegister(queued)
         accepted = Signal()
+        room     = Signal(init=1)
         enable   = Signal(reset_less=True)
         joined   = Signal(queued)
+        m.d.sync += room.eq(pixels.level < depth - 1)
         m.d.comb += [
-            accepted.eq(self.i.valid & self.i.ready), self.i.ready.eq(pixels.i.ready),
+            accepted.eq(self.i.valid & room), self.i.ready.eq(room),
             joined.pixel.eq(self.i.p), joined.enable.eq(Mux(self.i.p.first, self.enable, enable)),
-            pixels.i.payload.eq(joined), pixels.i.valid.eq(self.i.valid),
+            pixels.i.payload.eq(joined), pixels.i.valid.eq(accepted),
         ]
         wiring.connect(m, pixels.o, pixel_head.i)
         with m.If(accepted):

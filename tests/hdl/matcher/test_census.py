@@ -156,12 +156,15 @@ def test_words_hold_their_values():
     assert [comparable(word, ColumnWord(5)) for word in column_words(*pair, 5)] == column_words(*pair, 5)
 
 
+@pytest.mark.parametrize("columns", [1, 3, RECURSIVE_1.cost.census_columns])
 @pytest.mark.parametrize("stall", [0.0, 0.4])
-def test_threshold(stall):
+def test_threshold(stall, columns):
     """A neighbour has a bit if it is darker by more than the threshold, which is sampled with a frame's first pixel."""
     thresholds = [0, 7, 2, 1]
     pairs = [noise(9, 3, seed) // 25 for seed in range(len(thresholds))]
-    plain = MatcherConfig(labels=2, max_width=16, method=RECURSIVE_1)
+    for left, right in pairs:
+        left[0, 0] = right[0, 0] = 10       # the first pixel, too, has darker neighbours
+    plain = MatcherConfig(labels=2, max_width=16, method=changed(RECURSIVE_1, census_columns=columns))
     expected = [word for pair, threshold in zip(pairs, thresholds)
                 for word in census_words(*pair, plain.with_settings({"census_threshold": threshold}))]
     assert expected != [word for pair in pairs for word in census_words(*pair, plain)]
