@@ -29,7 +29,9 @@ uniquify
 write_rtlil instances.il
 """
 
-# Comments name the steps, for the display of progress. `wreduce` and `opt -fine` make operands no wider than their values. Registers are
+# Comments name the steps, for the display of progress. `memory_dff` takes registers into memories before `opt` can change them: a register
+# with an enable behind a memory must be one cell (`opt_dff`, for these alone) to be its data register; else it would be taken for the
+# address register of the next memory. `wreduce` and `opt -fine` make operands no wider than their values. Registers are
 # mapped before the tables, because ABC would map the logic between registers of different clock enables separately.
 _SCRIPT = """
 # elaborating
@@ -38,14 +40,16 @@ read_verilog -lib {files}/cells.v
 hierarchy -check -top {top}
 proc
 flatten
-opt_expr
+opt_expr -mux_undef
 opt_clean
+opt_dff t:$memrd %co4 t:$dff %i
+opt_clean
+memory_dff
 opt -nodffe -nosdff
 wreduce
 peepopt
 opt_clean
 # multipliers
-memory_dff
 wreduce t:$mul
 techmap -map +/mul2dsp.v -D DSP_A_MAXWIDTH=18 -D DSP_B_MAXWIDTH=18 -D DSP_A_MINWIDTH=10 -D DSP_B_MINWIDTH=4 -D DSP_NAME=$__C3_MULT18
 chtype -set $mul t:$__soft_mul

@@ -50,6 +50,19 @@ def test_equal_blocks_are_one_module_and_count_each():
     }
 
 
+def test_memory_addressed_by_another_one():
+    """The register behind a memory is that memory's, not the address register of the next one."""
+    def build(c, m):
+        m.submodules.queue = queue = Memory(shape=8, depth=256, init=[])
+        m.submodules.table = table = Memory(shape=12, depth=256, init=[])
+        for memory, address, port in ((queue, c.b, queue.read_port()), (table, c.queued, table.read_port())):
+            write = memory.write_port()
+            m.d.comb += [write.en.eq(1), write.addr.eq(c.a), write.data.eq(c.b), port.addr.eq(address), port.en.eq(c.enable)]
+            m.d.comb += (c.queued if memory is queue else c.y).eq(port.data)
+    counted = count(mapping.map_cyclone3(Circuit(build, a=In(8), b=In(8), enable=In(1), queued=Out(8), y=Out(12)), "top"))
+    assert counted.total == Resources(logic_elements=0, memory_bits=4096, m9k=2)
+
+
 # What blocks hold leads out of them: it must be marked to count for its block, be it a cell or a process.
 VERILOG = """
 module sums(a, b, y);
