@@ -59,7 +59,7 @@ class CensusStage(Stage):
         return 2 + self.config.refined.cost.census_columns // 2
 
     def _limits(self, m: Module, moves: Value, following: data.View, centre: data.View) -> dict[str, Value]:
-        """Grey level of either picture below which a neighbour of ``centre`` has a bit; as the window ``moves``, ``following`` becomes it."""
+        """Grey level of either picture below which a neighbour of ``centre`` has a bit; as it ``moves``, ``following`` is the next one."""
         return {side: centre[side].line for side in ("left", "right")}
 
     def elaborate(self, platform: object) -> Module:
