@@ -102,7 +102,7 @@ class SdramStores(Stores):
         With ``display`` only.
     """
     ahead = 2 * BURST
-    about = "SDRAM"
+    about = "SDRAM, with two accesses a pixel, for which the matcher waits"
 
     def __init__(self, config: MatcherConfig, height: int, clock_hz: int, *, display: DisplayFormat | None = None,
                  clocks: SdramClocks | None = None):
