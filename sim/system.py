@@ -62,12 +62,12 @@ def _emitted(size: str) -> tuple[StereoSystem, str]:
     return system, verilog_text(system, name=TOP)
 
 
-def run_small(folder: Path, test: str, *, size: str = "small", **env: str | int) -> StereoSystem:
-    """Run a test of ``system_tb.py`` by its name on a small system, which is returned."""
+def run_small(folder: Path, test: str, *, size: str = "small", brief: bool = False, **env: str | int) -> StereoSystem:
+    """Run a test of ``system_tb.py`` by its name on a small system, which is returned; ``brief`` as in :func:`sim.kit.simulators.build`."""
     system, verilog = _emitted(size)
     source = folder / "small.v"
     source.write_text(verilog)
-    build("verilator", [source], TOP, folder / "small")
+    build("verilator", [source], TOP, folder / "small", brief=brief)
     ran = run("verilator", TOP, folder / "small", "sim.benches.system_tb",
               env={"SYSTEM_SIZE": size, "COCOTB_TEST_FILTER": rf"\b{test}$", **env})
     assert ran == 1

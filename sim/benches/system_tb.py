@@ -58,19 +58,14 @@ async def fix_balance(rig, gain, offset):
     await rig.shows()
 
 
-@cocotb.test()
-async def pictures(dut):
-    """All display modes, bit-exact; settings take effect between pictures; status and counters are read."""
+async def look(dut, changes, held):
+    """The monitor is bit-exact after each of ``changes``, a register's name, its value and the setting, which takes effect between
+    pictures; while the picture is held, for ``held`` of its frames; status and counters are read, and a button clears these."""
     rig = await start(dut)
     assert await rig.read("identity") == IDENTITY
     assert await rig.read("in_use") == rig.config.labels
-    minimums = (-1, 5) if "minimum" in rig.config.settings else ()
-    weight = "u3" if "u3" in rig.config.settings else "above_share"
-    for name, value, setting in (
-            *(("minimum", value, {"minimum": value}) for value in minimums),
-            ("show", 1, {"mode": DisplayMode.LEFT}), ("show", 2, {"mode": DisplayMode.BOTH}), ("colour", 1, {"colour": True}),
-            ("show", 0, {"mode": DisplayMode.DISPARITY}), (weight, 5, {weight: 5}), ("in_use", 5, {"in_use": 5})):
-        rig.change(scene=name in ("show", weight, "minimum"), **setting)
+    for name, value, setting in changes(rig.config.settings):
+        rig.change(scene=name in ("show", "u3", "above_share", "minimum"), **setting)
         await rig.write(name, value)
         await rig.shows()
     assert rig.cut == 0
@@ -80,7 +75,7 @@ async def pictures(dut):
     await rig.shows()
     still = rig.golden(rig.pair, rig.settings)
     rig.change()
-    for _ in range(8):
+    for _ in range(held):
         await rig.frame()
         assert np.array_equal(rig.monitor.pictures[-1], still)
     assert await rig.read("left_unpaired") > 0
@@ -103,6 +98,25 @@ async def pictures(dut):
         await ClockCycles(dut.clk, 2000 if level == 0 else 300)
     await ClockCycles(dut.clk, 6000)
     assert await rig.read("display_frames") < 5 < frames
+
+
+@cocotb.test()
+async def pictures(dut):
+    """All display modes and settings of the matcher."""
+    def changes(settings):
+        weight = "u3" if "u3" in settings else "above_share"
+        return (*(("minimum", value, {"minimum": value}) for value in ((-1, 5) if "minimum" in settings else ())),
+                ("show", 1, {"mode": DisplayMode.LEFT}), ("show", 2, {"mode": DisplayMode.BOTH}), ("colour", 1, {"colour": True}),
+                ("show", 0, {"mode": DisplayMode.DISPARITY}), (weight, 5, {weight: 5}), ("in_use", 5, {"in_use": 5}))
+    await look(dut, changes, 8)
+
+
+@cocotb.test()
+async def glance(dut):
+    """A setting of each kind, and both pictures side by side in colour."""
+    await look(dut, lambda settings: (
+        ("show", 2, {"mode": DisplayMode.BOTH}), ("colour", 1, {"colour": True}), ("minimum", 1, {"minimum": 1}),
+        ("in_use", 3, {"in_use": 3})), 4)
 
 
 @cocotb.test()

@@ -23,6 +23,6 @@ def test_core(simulator, case, interface, tmp_path):
     pytest.importorskip(f"cocotbext.{interface}", reason=f"cocotbext-{interface}, of the extra sim, is not installed")
     core = INTERFACES[interface](*CASES[case])
     source = write_verilog(core, tmp_path / "core.v", name="stereo_core")
-    build(simulator, [source], "stereo_core", tmp_path / simulator)
+    build(simulator, [source], "stereo_core", tmp_path / simulator, brief=True)
     modules = f"sim.benches.{interface}_tb,sim.benches.bus_tb"
     assert run(simulator, "stereo_core", tmp_path / simulator, modules, env={"CASE": case, "BUS": interface}) == TESTS[interface]

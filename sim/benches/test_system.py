@@ -22,10 +22,15 @@ def folder(tmp_path_factory):
     return tmp_path_factory.mktemp("system")
 
 
-# Slow: the system with the other methods; what the monitor, the host and the cameras do is the same.
-@pytest.mark.parametrize("size", ["small fused", *(pytest.param(size, marks=pytest.mark.slow) for size in ("small", "small recursive"))])
-def test_pictures(folder, size):
+def test_glance(folder):
     """With the fused method: a minimum disparity and fractions, which the monitor's picture does not have."""
+    run_small(folder, "glance", size="glance", brief=True)
+
+
+# Slow: larger pictures and more settings than at a glance; with the other methods monitor, host and cameras do the same.
+@pytest.mark.slow
+@pytest.mark.parametrize("size", ["small fused", "small", "small recursive"])
+def test_pictures(folder, size):
     run_small(folder, "pictures", size=size)
 
 

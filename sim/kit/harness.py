@@ -32,6 +32,9 @@ __all__ = ["Frame", "Result", "emit", "mismatches", "simulate"]
 _HARNESS = Path(__file__).with_name("harness.v")
 _TOP = "harness"
 
+# Pixels of a run up to which the optimiser takes longer than it saves.
+_BRIEF = 5000
+
 # Seconds between two reports of progress.
 _POLL = 0.1
 
@@ -225,7 +228,7 @@ def simulate(config: MatcherConfig, lefts: Sequence[NDArray[np.uint8]], rights: 
     connections = ",".join([*(f".{name}(settings[{low + width - 1}:{low}])" for name, (low, width) in ports.items()),
                             *(_further_ports(core) if core else ())])
     build(simulator, [verilog, _HARNESS], _TOP, folder, parameters={"WORD_BITS": word_bits, "SETTING_BITS": setting_bits},
-          defines={"SETTING_PORTS": connections}, waves=waves)
+          defines={"SETTING_PORTS": connections}, waves=waves, brief=sum(np.size(left) for left in lefts) <= _BRIEF)
     build_seconds = time.perf_counter() - start
 
     files = {name: work / f"{name}.txt" for name in ("left", "right", "output", "report")}

@@ -46,6 +46,11 @@ _VERILATOR_VERSION = (5, 36)
 # runs a fifth faster, which pays after millions of clocks only.
 _MAKEFLAGS = " -- CFG_CXXFLAGS_PCH_I=-include OPT_FAST={fast} OPT_SLOW=-O0"
 
+# Bytes of Verilog up to which a model is compiled as one file: precompiled headers and further files take five seconds of a processor,
+# as much as such a model itself.
+_ONE_FILE = 1_500_000
+_AS_ONE_FILE = " VM_PARALLEL_BUILDS=0"
+
 # Verilator's makefile calls this in front of each compilation. Verilator's runtime library is the same in all models and takes longer to
 # compile than a small model: its objects are kept. $OBJECTS is where, and the prefix of their names. The main program, which is cocotb's,
 # is not: it allocates the model, and its object has that model's size in it.
@@ -214,7 +219,7 @@ def _model(simulator: str, toplevel: str, build_dir: Path) -> Path:
 
 def build(simulator: str, sources: Iterable[str | os.PathLike[str]], toplevel: str, build_dir: str | os.PathLike[str], *,
           parameters: Mapping[str, object] | None = None, defines: Mapping[str, object] | None = None, debug: bool = False,
-          waves: bool = False, store: Store | None = None) -> float:
+          waves: bool = False, brief: bool = False, store: Store | None = None) -> float:
     """Compile ``sources`` for a simulator, unless the model is in the store already.
 
     Parameters
@@ -233,6 +238,8 @@ def build(simulator: str, sources: Iterable[str | os.PathLike[str]], toplevel: s
         Let the bench reach signals inside the design. Off, it sees the ports of ``toplevel`` only, and Verilator is five times faster.
     waves : bool
         Make :func:`run` able to leave a waveform file.
+    brief : bool
+        Compile with Verilator in half the time, to a model that runs a few times slower: for some thousand clocks.
     store : Store
         Where models are kept, by all that they are made of: sources, parameters, macros, options, versions of the tools; by default
         :func:`sim.kit.store.models`.
@@ -249,8 +256,9 @@ def build(simulator: str, sources: Iterable[str | os.PathLike[str]], toplevel: s
     files = [Path(source).resolve() for source in sources]
     parameters, defines = dict(parameters or {}), dict(defines or {})
     if simulator == "verilator":
+        small = sum(file.stat().st_size for file in files) <= _ONE_FILE
         # With all signals public the optimiser needs more than ten minutes.
-        changes = {"MAKEFLAGS": _MAKEFLAGS.format(fast="-O0" if debug else "-O1")}
+        changes = {"MAKEFLAGS": _MAKEFLAGS.format(fast="-O0" if debug or brief else "-O1") + _AS_ONE_FILE * small}
         arguments = [*_WARNINGS, *(() if debug else _PORTS_ONLY)]
     else:
         changes = {}

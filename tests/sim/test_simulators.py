@@ -1,5 +1,6 @@
 """Compilation by content: what makes another model, what does not, and what a build leaves. Most compilers here are stand-ins."""
 
+import os
 import subprocess
 from pathlib import Path
 
@@ -17,7 +18,7 @@ class Compiler:
         self.fault = None
 
     def build(self, *, sources, hdl_toplevel, build_dir, log_file, **options):
-        self.builds.append(options)
+        self.builds.append(options | {"flags": os.environ.get("MAKEFLAGS", "").split()})
         folder = Path(build_dir)
         (folder / "objects").mkdir()
         # Half of it is there when the fault strikes.
@@ -74,7 +75,7 @@ def test_change_makes_another_model(compiler, store, source, tmp_path, monkeypat
     second.write_text("module second; endmodule")
     folder = tmp_path / "model"
     changes = [{}, {"parameters": {"A": 1}}, {"parameters": {"A": 2}}, {"parameters": {"B": 1}}, {"defines": {"A": 1}},
-               {"defines": {"A": 2}}, {"waves": True}, *([{"debug": True}] if simulator == "verilator" else [])]
+               {"defines": {"A": 2}}, {"waves": True}, *([{"debug": True}, {"brief": True}] if simulator == "verilator" else [])]
     for count, options in enumerate(changes):
         assert len(compiler.builds) == count
         build(simulator, [source], "top", folder, store=store, **options)
@@ -95,6 +96,18 @@ def test_change_makes_another_model(compiler, store, source, tmp_path, monkeypat
     monkeypatch.setattr(simulators, "_MAKEFLAGS", "-- OPT_FAST={fast}")
     build(simulator, [source], "top", folder, store=store)
     assert len(compiler.builds) == (6 if simulator == "verilator" else 5)
+
+
+def test_makefile_is_told_what_is_short(compiler, store, source, tmp_path, monkeypatch):
+    """Short Verilog is compiled as one file, whatever the number of its files; a model for a brief run without the optimiser."""
+    one_file = simulators._AS_ONE_FILE.strip()
+    monkeypatch.setattr(simulators, "_ONE_FILE", 2 * source.stat().st_size)
+    for number, (sources, options, fast, whole) in enumerate((
+            ([source], {}, "-O1", True), ([source, source], {"brief": True}, "-O0", True), (3 * [source], {}, "-O1", False),
+            (3 * [source], {"debug": True}, "-O0", False))):
+        assert build("verilator", sources, "top", tmp_path / "model", store=store, **options) > 0
+        flags = compiler.builds[number]["flags"]
+        assert f"OPT_FAST={fast}" in flags and (one_file in flags) == whole
 
 
 def test_simulators_do_not_share(compiler, store, source, tmp_path):
