@@ -4,7 +4,8 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 from amaranth.hdl import ClockDomain, Module
-from amaranth.sim import Simulator
+
+from .simulation import Simulator
 
 
 __all__ = ["run_clocked"]

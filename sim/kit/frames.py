@@ -3,8 +3,7 @@
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from amaranth.sim import Simulator
-
+from .simulation import Simulator
 from .streams import TIMEOUT, Random, check_rules, receive, send
 
 

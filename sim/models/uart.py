@@ -4,12 +4,13 @@ from collections import deque
 from collections.abc import Callable, Iterable, Sequence
 from typing import Any
 
-from amaranth.sim import Simulator
+from amaranth.hdl import Value
 from numpy.typing import NDArray
 
 from golden.host.blocks import stored_line
 from golden.host.registers import RegisterMap
 from hdl.host.registers import SerialRegisters
+from sim.kit.simulation import Simulator
 
 
 __all__ = ["SimulatedChip", "UartHost"]
@@ -182,15 +183,22 @@ class SimulatedChip:
         given: dict[str, int] = {}
         line, byte = self.dut.line, self.dut.byte
         offered: deque[dict[str, int]] = deque()    # bytes of a line, as of a memory that has it at once
+        # Read as bits in each cycle: structs are made of them where they are needed.
+        sampled = line.valid, Value.cast(line.p), byte.ready
+        settings, actions = Value.cast(self.dut.settings), Value.cast(self.dut.actions)
+        rx = None
         ctx.set(line.ready, 1)
         while True:
             kept = {"kept": int(self.planes is not None and ctx.get(self.dut.settings.keep))}
             if given != self.status | kept:
                 given = self.status | kept
                 ctx.set(self.dut.status, given)
-            ctx.set(self.dut.rx, self.line.step(ctx.get(self.dut.tx)))
-            *_, wanted, request, taken = await ctx.tick().sample(line.valid, line.p, byte.ready)
+            before, rx = rx, self.line.step(ctx.get(self.dut.tx))
+            if rx != before:
+                ctx.set(self.dut.rx, rx)
+            *_, wanted, bits, taken = await ctx.tick().sample(*sampled)
             if wanted and self.planes is not None:
+                request = line.p.shape().from_bits(bits)
                 data = stored_line(self.planes[request.plane][request.line])
                 offered.extend({"value": value, "last": int(number == len(data))} for number, value in enumerate(data, 1))
             elif taken and offered:
@@ -198,8 +206,8 @@ class SimulatedChip:
             if wanted or taken:
                 ctx.set(byte.valid, bool(offered))
                 ctx.set(byte.p, offered[0] if offered else {})
-            self._settings = ctx.get(self.dut.settings.as_value())
-            if ctx.get(self.dut.actions.as_value()):
+            self._settings = ctx.get(settings)
+            if ctx.get(actions):
                 self.actions += [name for name in self.dut.actions.shape().members if ctx.get(self.dut.actions[name])]
 
     def advance(self, cycles: int) -> None:

@@ -3,7 +3,6 @@
 
 import numpy as np
 import pytest
-from amaranth.sim import Simulator
 
 from golden.config import MatcherConfig, OnePass, changed
 from golden.host.protocol import (
@@ -21,6 +20,7 @@ from golden.host.protocol import (
 from golden.host.registers import Kind, register_map
 from hdl.host.registers import SerialRegisters
 from hdl.parts.uart import TOLERANCE
+from sim.kit.simulation import Simulator
 from sim.models.uart import SimulatedChip
 
 
@@ -75,7 +75,8 @@ def bursts(rng, line):
     yield lambda: line.send([REQUEST_SYNC, 0, 0, 0, 0, 0, REQUEST_SYNC, REQUEST_SYNC])
 
 
-@pytest.mark.parametrize("seed", range(2))
+# Slow: the same bursts from another seed.
+@pytest.mark.parametrize("seed", [0, pytest.param(1, marks=pytest.mark.slow)])
 def test_request_after_noise(seed):
     """After any burst, the time-out, and the reply that it may have caused, a good request is answered at once."""
     rng = np.random.default_rng(seed)
