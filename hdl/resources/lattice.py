@@ -1,6 +1,7 @@
 """Synthesis, place and route for devices of Lattice by open tools: for a clock rate, and for boards."""
 
 import re
+import signal
 import subprocess
 import sys
 from collections import Counter
@@ -181,4 +182,6 @@ class Lattice:
                     report(step)
                 if reason is None and line.startswith("ERROR"):
                     reason = line.removeprefix("ERROR: ").strip()
+        if run.returncode < 0:
+            return f"it was ended by the signal {signal.Signals(-run.returncode).name}"
         return (reason or "it gave no reason") if run.returncode else None

@@ -20,11 +20,13 @@ Info: Program finished normally.
 STEPS = ["packing", "placing", "placing, round 12", "refining the placement, round 5", "routing", "routing, 44496 wires left"]
 
 
-@pytest.mark.parametrize("more, status, reason", [
-    ("", 0, None), ("ERROR: no Bels left\nERROR: more\n", 1, "no Bels left"), ("", 1, "it gave no reason"), ("ERROR: ignored\n", 0, None)])
-def test_run_nextpnr(more, status, reason, tmp_path, monkeypatch):
+@pytest.mark.parametrize("more, end, reason", [
+    ("", "sys.exit(0)", None), ("ERROR: no Bels left\nERROR: more\n", "sys.exit(1)", "no Bels left"),
+    ("", "sys.exit(1)", "it gave no reason"), ("ERROR: ignored\n", "sys.exit(0)", None),
+    ("", "os.kill(os.getpid(), 9)", "it was ended by the signal SIGKILL")])
+def test_run_nextpnr(more, end, reason, tmp_path, monkeypatch):
     steps = []
-    monkeypatch.setattr(lattice, "_NEXTPNR", f"import sys; print({LOG + more!r}, *sys.argv[1:], sep=''); sys.exit({status})")
+    monkeypatch.setattr(lattice, "_NEXTPNR", f"import os, sys; print({LOG + more!r}, *sys.argv[1:], sep='', flush=True); {end}")
     assert ECP5.run_nextpnr(tmp_path, ["--seed", "1"], tmp_path / "log", steps.append) == reason
     assert steps == STEPS
     assert (tmp_path / "log").read_text() == f"{LOG}{more}--seed1\n"
