@@ -4,8 +4,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 from amaranth.hdl import ClockDomain, Module
-
-from .simulation import Simulator
+from amaranth.sim import Simulator
 
 
 __all__ = ["run_clocked"]

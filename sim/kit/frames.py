@@ -3,7 +3,8 @@
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from .simulation import Simulator
+from amaranth.sim import Simulator
+
 from .streams import TIMEOUT, Random, check_rules, receive, send
 
 

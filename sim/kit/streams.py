@@ -8,9 +8,9 @@ from collections.abc import Awaitable, Callable, Iterable, Mapping, Sequence
 from typing import Any, Protocol
 
 from amaranth.hdl import Cat, ShapeCastable, Value
+from amaranth.sim import Simulator
 
 from .payloads import pack
-from .simulation import Simulator
 
 
 __all__ = ["TIMEOUT", "Random", "check_rules", "receive", "run_stream", "send"]

@@ -5,12 +5,12 @@ from collections.abc import Callable, Iterable, Sequence
 from typing import Any
 
 from amaranth.hdl import Value
+from amaranth.sim import Simulator
 from numpy.typing import NDArray
 
 from golden.host.blocks import stored_line
 from golden.host.registers import RegisterMap
 from hdl.host.registers import SerialRegisters
-from sim.kit.simulation import Simulator
 
 
 __all__ = ["SimulatedChip", "UartHost"]

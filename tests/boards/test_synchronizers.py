@@ -5,13 +5,13 @@ import warnings
 import pytest
 from amaranth import *
 from amaranth.lib.cdc import AsyncFFSynchronizer, FFSynchronizer
+from amaranth.sim import Simulator
 
 from boards.altera.crossings import synchronizers, window
 from boards.altera.synchronizers import ATTRIBUTE, FIRST_STAGE, LATER_STAGE
 from boards.cyclone3.blocks import BLOCKS
 from boards.cyclone3.platform import Cyclone3Platform
 from hdl.netlist import Cell, Hierarchy, Netlist, Port
-from sim.kit.simulation import Simulator
 from sim.models.board_core import board_project
 
 

@@ -5,6 +5,7 @@ On whole pictures the Verilog is compared: sim/benches/test_rectified.py.
 
 import numpy as np
 import pytest
+from amaranth.sim import Simulator
 
 from golden.config import FUSED_1, Arithmetic, Engine, MatcherConfig, OnePass, changed
 from golden.matcher.matcher import match
@@ -18,7 +19,6 @@ from hdl.rectified import RectifiedMatcher
 from hdl.rig.balance import BalanceMode
 from sim.kit.cases import camera, comparable, field_words, pixel_words
 from sim.kit.rig_cases import noise_map
-from sim.kit.simulation import Simulator
 from sim.kit.streams import receive, send
 from tests.kit import refused_components
 

@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 from amaranth import *
 from amaranth.lib import wiring
+from amaranth.sim import Simulator
 
 from golden.config import MatcherConfig, OnePass, changed
 from golden.host.blocks import block_answer
@@ -28,7 +29,6 @@ from hdl.host.registers import ByteRegisters
 from hdl.video.arbiter import Arbiter
 from hdl.video.line_read import LineReader
 from sim.kit.cases import noise
-from sim.kit.simulation import Simulator
 from sim.kit.streams import check_rules, receive, send
 from sim.models.ddr2 import Ddr2Timing, LocalMemory, serve
 from sim.models.uart import SimulatedChip

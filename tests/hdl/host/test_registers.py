@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from amaranth.hdl import Shape
+from amaranth.sim import Simulator
 
 from golden.config import FUSED_1, MatcherConfig, changed
 from golden.host.blocks import block_answer
@@ -24,7 +25,6 @@ from golden.host.registers import COUNT_MAX, Kind, RegisterMap, answer, register
 from golden.rig.config import RigConfig
 from hdl.host.register_file import ActionLayout, RegisterFile, SettingLayout, StatusLayout
 from hdl.host.registers import ByteRegisters
-from sim.kit.simulation import Simulator
 from sim.kit.streams import check_rules, receive, run_stream, send
 from tests.kit import refused_components
 

@@ -3,6 +3,7 @@
 
 import numpy as np
 import pytest
+from amaranth.sim import Simulator
 
 from golden.config import MatcherConfig, OnePass, changed
 from golden.host.protocol import (
@@ -20,7 +21,6 @@ from golden.host.protocol import (
 from golden.host.registers import Kind, register_map
 from hdl.host.registers import SerialRegisters
 from hdl.parts.uart import TOLERANCE
-from sim.kit.simulation import Simulator
 from sim.models.uart import SimulatedChip
 
 

@@ -6,6 +6,7 @@ from amaranth import *
 from amaranth.hdl import Assert
 from amaranth.lib import stream, wiring
 from amaranth.lib.wiring import In, Out
+from amaranth.sim import Simulator
 
 from golden.config import MatcherConfig
 from golden.video.frame_rule import Closes, Fault, received
@@ -13,7 +14,6 @@ from hdl.interfaces.frame_rule import FrameRule, ReceivedPixel
 from hdl.matcher.lines import LineStore
 from hdl.matcher.stream import ColumnWord
 from sim.kit.formal import prove
-from sim.kit.simulation import Simulator
 from sim.kit.streams import check_rules, receive, send
 
 from .faulty_frames import FAULTY, frame, random_words, sizes

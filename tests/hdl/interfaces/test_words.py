@@ -5,6 +5,7 @@ import random
 import pytest
 from amaranth import *
 from amaranth.lib import wiring
+from amaranth.sim import Simulator
 
 from golden.config import FUSED_1, MatcherConfig
 from golden.host.core_registers import core_register_map, word_access
@@ -14,7 +15,6 @@ from hdl.host.register_file import RegisterFile
 from hdl.interfaces.avalon_mm import AvalonMemoryMapped
 from hdl.interfaces.axi_lite import AxiLite
 from hdl.interfaces.words import WordAccess
-from sim.kit.simulation import Simulator
 from sim.kit.streams import check_rules, receive, send
 
 

@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from amaranth.sim import Simulator
 
 from golden.config import FUSED_1, RECURSIVE_1, MatcherConfig, OnePass, changed
 from golden.host.loop_device import LoopDevice
@@ -16,7 +17,6 @@ from hdl.loop.core import LoopCore
 from hdl.loop.sdram_store import SdramStores
 from hdl.loop.store import BlockStores
 from sim.kit.cases import noise
-from sim.kit.simulation import Simulator
 from sim.models.sdram import SdramMemory, serve_sdram
 
 

@@ -5,12 +5,12 @@ import numpy as np
 import pytest
 from amaranth import *
 from amaranth.lib import wiring
+from amaranth.sim import Simulator
 
 from golden.config import MatcherConfig
 from hdl.loop.pair_read import PairScan
 from hdl.loop.store import BlockStores
 from sim.kit.cases import comparable, noise, pixel_words
-from sim.kit.simulation import Simulator
 from sim.kit.streams import check_rules
 
 

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from amaranth.hdl import ClockDomain, DomainRenamer, Module
 from amaranth.lib import wiring
+from amaranth.sim import Simulator
 
 from golden.config import MatcherConfig, OnePass, changed
 from golden.video.formats import VGA, DisplayFormat
@@ -18,7 +19,6 @@ from golden.video.side_by_side import side_by_side
 from hdl.loop.sdram import HALF_BITS, SdramController
 from hdl.loop.sdram_store import BURST, SdramStores, WordArbiter
 from hdl.video.side_by_side import SideBySide
-from sim.kit.simulation import Simulator
 from sim.models.monitor import Monitor, watch_amaranth
 from sim.models.sdram import SdramMemory, serve_sdram
 from tests.kit import refused_components

@@ -5,9 +5,9 @@ import random
 
 import pytest
 from amaranth.hdl import ClockDomain, Module
+from amaranth.sim import Simulator
 
 from hdl.loop.store import FrameStore, slice_bits
-from sim.kit.simulation import Simulator
 
 
 DEPTH, BITS = 50, 8

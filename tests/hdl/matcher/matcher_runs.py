@@ -2,10 +2,10 @@
 
 import numpy as np
 from amaranth import *
+from amaranth.sim import Simulator
 
 from golden.matcher.labelling import match
 from sim.kit.cases import comparable, disparity_words, pixel_words
-from sim.kit.simulation import Simulator
 from sim.kit.streams import check_rules, receive, send
 
 

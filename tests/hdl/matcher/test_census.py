@@ -5,13 +5,13 @@ import pytest
 from amaranth import *
 from amaranth.lib import stream, wiring
 from amaranth.lib.wiring import In, Out
+from amaranth.sim import Simulator
 
 from golden.config import FUSED_1, RECURSIVE_1, MatcherConfig, changed
 from hdl.matcher.census import BlindCensusStage, CensusStage
 from hdl.matcher.lines import LineStore
 from hdl.matcher.stream import CensusWord, ColumnWord, PixelPair
 from sim.kit.cases import census_words, column_words, comparable, noise, pixel_words
-from sim.kit.simulation import Simulator
 from sim.kit.streams import check_rules, receive, run_stream, send
 
 

@@ -4,10 +4,10 @@ from itertools import accumulate
 import numpy as np
 import pytest
 from amaranth import *
+from amaranth.sim import Simulator
 
 from hdl.matcher.frame_timing import FrameTiming
 from sim.kit.cases import between_frames, camera, comparable, noise, pixel_words
-from sim.kit.simulation import Simulator
 from sim.kit.streams import check_rules
 
 

@@ -1,11 +1,11 @@
 import numpy as np
+from amaranth.sim import Simulator
 
 from golden.config import Arithmetic, MatcherConfig, OnePass, changed
 from golden.matcher.labelling import match
 from golden.pictures.scenes import scene
 from hdl.matcher.framed import FramedMatcher
 from sim.kit.cases import between_frames, camera, disparity_words, noise, pixel_words
-from sim.kit.simulation import Simulator
 
 
 CONFIG = MatcherConfig(labels=6, max_width=16, method=OnePass(Arithmetic.LINEAR))

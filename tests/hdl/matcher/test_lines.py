@@ -5,13 +5,13 @@ from itertools import pairwise
 import numpy as np
 import pytest
 from amaranth.lib import data
+from amaranth.sim import Simulator
 
 from golden.config import MatcherConfig
 from golden.matcher.lines import edata_memory
 from hdl.matcher.lines import EdataMemory, LineStore
 from hdl.matcher.stream import line_names
 from sim.kit.cases import column_words, comparable, noise, pixel_words
-from sim.kit.simulation import Simulator
 from sim.kit.streams import check_rules, receive, run_stream, send
 
 from .ragged import MAX_WIDTH, RAGGED, frame, repaired

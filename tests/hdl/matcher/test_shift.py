@@ -2,12 +2,12 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from amaranth.sim import Simulator
 
 from golden.config import MatcherConfig
 from golden.matcher.cost import aligned
 from hdl.matcher.shift import RightShift
 from sim.kit.cases import comparable, noise, pixel_words
-from sim.kit.simulation import Simulator
 from sim.kit.streams import check_rules, receive, run_stream, send
 
 

@@ -1,9 +1,9 @@
 import numpy as np
 import pytest
 from amaranth import *
+from amaranth.sim import Simulator
 
 from hdl.parts.crossing import ClockWatch, EventCrossing
-from sim.kit.simulation import Simulator
 
 
 PERIOD = 1e-6

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 from amaranth import *
+from amaranth.sim import Simulator
 
 from hdl.parts.delay import Delay, SkidRegister, StreamRegister
 from sim.kit.clocked import run_clocked
-from sim.kit.simulation import Simulator
 from sim.kit.streams import run_stream
 
 

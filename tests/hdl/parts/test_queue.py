@@ -5,9 +5,9 @@ import pytest
 from amaranth import *
 from amaranth.lib import data
 from amaranth.lib.fifo import SyncFIFOBuffered
+from amaranth.sim import Simulator
 
 from hdl.parts.queue import AsyncQueue, Queue
-from sim.kit.simulation import Simulator
 from sim.kit.streams import check_rules, receive, run_stream, send
 
 

@@ -2,9 +2,9 @@ import itertools
 
 import numpy as np
 import pytest
+from amaranth.sim import Simulator
 
 from hdl.parts.sorting_network import Exchange, Selection, levels, merge, prune, select, sort
-from sim.kit.simulation import Simulator
 
 from .networks import run
 

@@ -5,10 +5,10 @@ from itertools import groupby
 
 import numpy as np
 import pytest
+from amaranth.sim import Simulator
 
 from golden.host.protocol import BAUD
 from hdl.parts.uart import TOLERANCE, UartReceiver, UartTransmitter
-from sim.kit.simulation import Simulator
 from sim.kit.streams import check_rules, send
 from sim.models.uart import UartHost
 

@@ -3,12 +3,12 @@
 
 import numpy as np
 import pytest
+from amaranth.sim import Simulator
 
 from golden.rig.balance import BALANCE_OFF, LEAST_DEVIATION, Auto, Fixed, measure, target
 from hdl.rig.balance import Balance, BalanceMode
 from sim.kit.cases import comparable, noise, pixel_words
 from sim.kit.frames import run_frames
-from sim.kit.simulation import Simulator
 from sim.kit.streams import check_rules, send
 
 

@@ -26,7 +26,7 @@ COUNTS: dict[str, dict[str, tuple[int, int, int, int]]] = {
         "rectifier.left_ring.bank_10": (8, 1760, 1, 0),
         "rectifier.left_ring.bank_11": (8, 1760, 1, 0),
         "rectifier.queue.fifo": (66, 589, 1, 0),
-        "rectifier.reader": (240, 0, 0, 0),
+        "rectifier.reader": (237, 0, 0, 0),
         "rectifier.right_map": (307, 576, 1, 0),
         "rectifier.right_ring": (402, 0, 0, 4),
         "rectifier.right_ring.bank_00": (8, 1760, 1, 0),
@@ -34,11 +34,11 @@ COUNTS: dict[str, dict[str, tuple[int, int, int, int]]] = {
         "rectifier.right_ring.bank_10": (8, 1760, 1, 0),
         "rectifier.right_ring.bank_11": (8, 1760, 1, 0),
         "rectifier.weight_delay": (21, 182, 1, 0),
-        "rectifier.writer": (156, 0, 0, 0),
+        "rectifier.writer": (152, 0, 0, 0),
     },
     "balance": {
-        "balance": (510, 2048, 1, 0),
-        "balance.contrast": (474, 0, 0, 0),
+        "balance": (509, 2048, 1, 0),
+        "balance.contrast": (471, 0, 0, 0),
     },
 }
 

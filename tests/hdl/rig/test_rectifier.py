@@ -6,6 +6,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from amaranth.sim import Simulator
 
 from golden.rig.lines import lines_needed
 from golden.rig.maps import grid, identity, pack
@@ -13,7 +14,6 @@ from golden.rig.rectify import rectify
 from hdl.rig.rectifier import Rectifier
 from sim.kit.cases import comparable, noise, pixel_words
 from sim.kit.rig_cases import camera_map, noise_map, rectified_words
-from sim.kit.simulation import Simulator
 from sim.kit.streams import check_rules, run_stream, send
 from tests.hdl.matcher.ragged import MAX_WIDTH, RAGGED, in_a_row, repaired
 

@@ -4,10 +4,10 @@ from dataclasses import dataclass, field
 
 import numpy as np
 from amaranth import *
+from amaranth.sim import Simulator
 
 from golden.video.formats import CameraFormat
 from sim.kit.cases import comparable
-from sim.kit.simulation import Simulator
 from sim.kit.streams import check_rules
 from sim.models.camera import frames_of, play
 

@@ -1,10 +1,10 @@
 """A set-up with a chip on its bus, in Amaranth's simulator."""
 
 from amaranth.hdl import Signal
+from amaranth.sim import Simulator
 
 from golden.video.setup_steps import Failure
 from hdl.video.setup import ChipSetup
-from sim.kit.simulation import Simulator
 from sim.models.i2c import I2cBus, amaranth_bus
 
 

@@ -5,13 +5,13 @@ import random
 from dataclasses import dataclass, field
 
 from amaranth import *
+from amaranth.sim import Simulator
 
 from golden.config import MatcherConfig
 from hdl.video.dvi import DisplayOutput
 from hdl.video.words import ShownPixel
 from sim.kit.cases import pack
 from sim.kit.display_cases import SMALL_DISPLAY, Fetch
-from sim.kit.simulation import Simulator
 from sim.models.monitor import Monitor, watch_amaranth
 
 

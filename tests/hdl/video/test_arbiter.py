@@ -3,11 +3,11 @@ import random
 from collections import deque
 
 import pytest
+from amaranth.sim import Simulator
 
 from golden.video.bandwidth import grant_clocks, served_clocks
 from golden.video.memory_map import WORD_BYTES
 from hdl.video.arbiter import Arbiter
-from sim.kit.simulation import Simulator
 from sim.models.ddr2 import Ddr2Timing, LocalMemory, serve
 
 

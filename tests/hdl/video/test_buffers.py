@@ -8,10 +8,10 @@ from operator import attrgetter
 
 import pytest
 from amaranth import *
+from amaranth.sim import Simulator
 
 from golden.video.buffers import Camera, Pictures, PlaneState
 from hdl.video.buffers import CameraBuffers, PictureSlots
-from sim.kit.simulation import Simulator
 
 
 def tour(model):

@@ -3,9 +3,9 @@
 
 import numpy as np
 import pytest
+from amaranth.sim import Simulator
 
 from hdl.video.buttons import Button
-from sim.kit.simulation import Simulator
 
 
 CLOCKS = 10

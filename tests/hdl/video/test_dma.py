@@ -2,11 +2,11 @@
 import numpy as np
 import pytest
 from amaranth import Module, Signal
+from amaranth.sim import Simulator
 
 from golden.video.memory_map import MemoryMap, Plane
 from hdl.video.dma import LineScan, PixelPacker, PixelUnpacker, WordFifo, line_number
 from sim.kit.cases import comparable, noise
-from sim.kit.simulation import Simulator
 from sim.kit.streams import check_rules, receive, run_stream, send
 
 

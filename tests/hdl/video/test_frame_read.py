@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 from amaranth import Module
 from amaranth.lib import wiring
+from amaranth.sim import Simulator
 
 from golden.config import MatcherConfig
 from golden.rig.rectify import move_rows
@@ -14,7 +15,6 @@ from golden.video.memory_map import MemoryMap, Plane
 from hdl.video.arbiter import Arbiter
 from hdl.video.frame_read import PairReader, PictureReader
 from sim.kit.cases import comparable, noise, pixel_words
-from sim.kit.simulation import Simulator
 from sim.kit.streams import check_rules, receive
 from sim.kit.video_cases import shown_words
 from sim.models.ddr2 import Ddr2Timing, LocalMemory, serve

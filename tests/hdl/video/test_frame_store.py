@@ -3,12 +3,12 @@
 
 import numpy as np
 import pytest
+from amaranth.sim import Simulator
 
 from golden.config import MatcherConfig
 from golden.video.memory_map import MemoryMap
 from sim.benches.memory_path import MemoryPath
 from sim.kit.cases import comparable, noise
-from sim.kit.simulation import Simulator
 from sim.kit.streams import check_rules, receive, send
 from sim.kit.video_cases import camera_words, plane_words, shown_words
 from sim.models.ddr2 import Ddr2Timing, LocalMemory, serve

@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 from amaranth import Module
 from amaranth.lib import wiring
+from amaranth.sim import Simulator
 
 from golden.video.bandwidth import Budget, MemoryTiming
 from golden.video.formats import DISPLAYS, CameraFormat
@@ -12,7 +13,6 @@ from golden.video.memory_map import MemoryMap, Plane
 from hdl.video.arbiter import Arbiter
 from hdl.video.frame_write import FrameWriter, PictureWriter
 from sim.kit.cases import noise
-from sim.kit.simulation import Simulator
 from sim.kit.streams import check_rules, send
 from sim.kit.video_cases import camera_words, plane_words
 from sim.models.ddr2 import Ddr2Timing, LocalMemory, serve

@@ -4,10 +4,10 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from amaranth.sim import Simulator
 
 from golden.video.setup_steps import Failure
 from hdl.video.i2c import I2cMaster
-from sim.kit.simulation import Simulator
 from sim.kit.streams import check_rules, receive, send
 from sim.models.i2c import I2cBus, amaranth_bus
 from sim.models.i2c_chips import Fault, I2cChip

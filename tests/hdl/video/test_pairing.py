@@ -5,11 +5,11 @@ from operator import attrgetter
 
 import pytest
 from amaranth import *
+from amaranth.sim import Simulator
 
 from golden.video.buffers import PlaneState
 from golden.video.pairing import CAMERAS, PLANES, Pairing
 from hdl.video.pairing import BufferControl
-from sim.kit.simulation import Simulator
 
 
 WRITERS = (*CAMERAS, *PLANES)

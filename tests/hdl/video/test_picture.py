@@ -4,13 +4,13 @@ import random
 
 import pytest
 from amaranth.hdl import Value
+from amaranth.sim import Simulator
 
 from golden.config import MatcherConfig, OnePass
 from golden.video.formats import DisplayFormat
 from hdl.video.picture import PictureGate, PictureScan, QueuedPixel
 from sim.kit.cases import comparable
 from sim.kit.display_cases import shown_pictures, shown_words
-from sim.kit.simulation import Simulator
 
 
 CONFIG = MatcherConfig(labels=5)

@@ -3,13 +3,13 @@ import numpy as np
 import pytest
 from amaranth.hdl import ClockDomain, DomainRenamer, Module
 from amaranth.lib.memory import Memory
+from amaranth.sim import Simulator
 
 from golden.video.formats import DisplayFormat
 from golden.video.side_by_side import side_by_side
 from golden.video.tmds import encode
 from hdl.video.side_by_side import SideBySide
 from hdl.video.tmds import DviLink, PairSerializer
-from sim.kit.simulation import Simulator
 from sim.models.dvi_receiver import CodeError, DviReceiver
 from sim.models.monitor import Monitor, watch_amaranth
 

@@ -6,6 +6,7 @@ import dataclasses
 import numpy as np
 import pytest
 from amaranth.hdl import Fragment
+from amaranth.sim import Simulator
 
 from golden.config import Arithmetic, Engine, MatcherConfig, OnePass
 from golden.errors import UserError
@@ -15,7 +16,6 @@ from golden.rig.maps import identity
 from golden.video.bandwidth import MemoryTiming
 from golden.video.formats import DISPLAYS, PAL
 from hdl.video.system import PairFork, StereoSystem
-from sim.kit.simulation import Simulator
 from sim.kit.streams import check_rules, receive, send
 from tests.kit import refused_components
 

@@ -3,11 +3,11 @@ import random
 
 import pytest
 from amaranth.hdl import ClockDomain, Module
+from amaranth.sim import Simulator
 
 from golden.video.tmds import CONTROL_WORDS, encode
 from hdl.video.tmds import CLOCK_WORD, DviLink, PairSerializer, TmdsEncoder
 from sim.kit.clocked import run_clocked
-from sim.kit.simulation import Simulator
 
 
 def words_of(pixels):

@@ -2,11 +2,11 @@
 
 import pytest
 from amaranth import *
+from amaranth.sim import Simulator
 
 from golden.config import RECURSIVE_1, MatcherConfig, changed
 from hdl.matcher.recursive.gates import GateFill, GateTable
 from sim.kit.clocked import run_clocked
-from sim.kit.simulation import Simulator
 
 
 def gates_of(jump, settings):

@@ -1,10 +1,10 @@
 import numpy as np
 import pytest
+from amaranth.sim import Simulator
 
 from golden.config import FUSED_1, MatcherConfig, changed
 from golden.matcher.confidence import CONFIDENCE_MAX, confidence
 from hdl.matcher.refine.confidence import Confidence
-from sim.kit.simulation import Simulator
 
 
 def config_of(disparities, sub_pixel):

@@ -7,6 +7,7 @@ from amaranth import Module
 from amaranth.hdl import Fragment
 from amaranth.lib import stream, wiring
 from amaranth.lib.wiring import In, Out
+from amaranth.sim import Simulator
 
 from golden.config import FUSED_1, Fused, MatcherConfig, changed
 from golden.matcher.fused import labelling, match
@@ -19,7 +20,6 @@ from hdl.matcher.refine.median import Median, MedianColumns
 from hdl.matcher.stream import DisparityWord, LabelWord
 from sim.kit.cases import comparable, label_words, refined_words
 from sim.kit.frames import run_frames
-from sim.kit.simulation import Simulator
 from sim.kit.streams import run_stream, send
 
 from ...parts.networks import evaluate

@@ -5,6 +5,7 @@ import pytest
 from amaranth import Module
 from amaranth.lib import stream, wiring
 from amaranth.lib.wiring import In, Out
+from amaranth.sim import Simulator
 
 from golden.config import RECURSIVE_1, MatcherConfig, changed
 from golden.matcher.recursive.method import match, stages
@@ -15,7 +16,6 @@ from hdl.matcher.refine.weighted_median import Votes, WeightedMedian, WeightedMe
 from hdl.matcher.stream import DisparityWord, LabelWord
 from sim.kit.cases import comparable, label_words, weighted_words
 from sim.kit.frames import run_frames
-from sim.kit.simulation import Simulator
 from sim.kit.streams import run_stream
 
 

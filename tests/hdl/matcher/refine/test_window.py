@@ -1,10 +1,10 @@
 import numpy as np
 import pytest
+from amaranth.sim import Simulator
 
 from golden.config import FUSED_1, RECURSIVE_1, MatcherConfig
 from hdl.matcher.refine.window import LabelColumns
 from sim.kit.cases import comparable, label_words
-from sim.kit.simulation import Simulator
 from sim.kit.streams import send
 
 

@@ -1,9 +1,9 @@
 import numpy as np
 import pytest
+from amaranth.sim import Simulator
 
 from golden.matcher.argmin import comparator_tree
 from hdl.matcher.sequential.argmin import ComparatorTree
-from sim.kit.simulation import Simulator
 
 
 def run_tree(dut, sets, enables=None):

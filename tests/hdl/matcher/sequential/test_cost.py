@@ -1,5 +1,6 @@
 import numpy as np
 import pytest
+from amaranth.sim import Simulator
 
 from golden.config import Arithmetic, MatcherConfig, OnePass
 from golden.matcher.cost import matching_cost
@@ -7,7 +8,6 @@ from golden.pictures.scenes import scene
 from hdl.matcher.sequential.cost import BuffersWord, CostEnergy, CostWord, Edata, EdataWord, SubPixelBuffers, SubPixels, SubPixelWord
 from hdl.matcher.stream import ColumnWord
 from sim.kit.cases import buffers_words, column_words, comparable, cost_words, edata_words, noise, sub_pixel_words
-from sim.kit.simulation import Simulator
 from sim.kit.streams import run_stream
 
 

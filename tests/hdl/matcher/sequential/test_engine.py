@@ -1,13 +1,13 @@
 
 import numpy as np
 import pytest
+from amaranth.sim import Simulator
 
 from golden.config import WEIGHT_MAX, Arithmetic, MatcherConfig, OnePass
 from golden.matcher.labelling import cost_summation, labelling
 from golden.pictures.scenes import discriminates
 from hdl.matcher.sequential.engine import CostSummation, SequentialEngine
 from sim.kit.cases import bec_words, comparable, disparity_words, noise
-from sim.kit.simulation import Simulator
 from sim.kit.streams import check_rules, receive, send
 
 

@@ -2,11 +2,11 @@ import itertools
 
 import numpy as np
 import pytest
+from amaranth.sim import Simulator
 
 from golden.config import WEIGHT_MAX, Arithmetic, MatcherConfig, OnePass
 from golden.matcher.smooth import smooth
 from hdl.matcher.sequential.smooth import LookUpTable, Smooth
-from sim.kit.simulation import Simulator
 
 
 CONFIGS = [

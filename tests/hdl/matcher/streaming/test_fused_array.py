@@ -5,6 +5,7 @@ import pytest
 from amaranth import *
 from amaranth.lib import data, stream, wiring
 from amaranth.lib.wiring import In, Out
+from amaranth.sim import Simulator
 
 from golden.config import FUSED_1, Fused, MatcherConfig, changed
 from golden.matcher.fused import stages
@@ -14,7 +15,6 @@ from hdl.matcher.streaming.fused_array import FusedArray, signed_digits
 from hdl.matcher.streaming.labels import Queued
 from hdl.matcher.streaming.waves import WaveSource
 from sim.kit.cases import engine_words, noise
-from sim.kit.simulation import Simulator
 from sim.kit.streams import send
 from tests.kit import by_turns
 

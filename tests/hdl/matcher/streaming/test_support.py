@@ -1,12 +1,12 @@
 import numpy as np
 import pytest
 from amaranth import *
+from amaranth.sim import Simulator
 
 from golden.config import FUSED_1, MatcherConfig, changed
 from golden.matcher.support import arms
 from hdl.matcher.streaming.support import Arms, StepDelay, SupportSource
 from sim.kit.clocked import run_clocked
-from sim.kit.simulation import Simulator
 
 
 def config_of(reach, threshold=10):

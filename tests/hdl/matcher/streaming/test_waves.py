@@ -2,13 +2,13 @@
 
 import numpy as np
 import pytest
+from amaranth.sim import Simulator
 
 from golden.config import FUSED_1, MatcherConfig, changed
 from golden.matcher.vertical import alike
 from hdl.matcher.streaming.fused_array import FusedArray
 from hdl.matcher.streaming.waves import WaveSource
 from sim.kit.cases import engine_words, noise
-from sim.kit.simulation import Simulator
 from sim.kit.streams import send
 
 
