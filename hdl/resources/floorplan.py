@@ -1,4 +1,5 @@
-"""A floor plan for the stand-in, an ECP5-85F: memory blocks in the order of the labels, along the device's rows; the selection in one area.
+"""A floor plan for the stand-in, an ECP5-85F: memory blocks in the order of the labels, along the device's rows, behind those of the line
+store; the selection in one area.
 
 The arrays are chains of labels, each label with its memories. Without a plan the placer scatters such a chain: with 80 labels, wires were
 half as long again as with the blocks in order, and the router barely converged.
@@ -32,14 +33,23 @@ def _columns() -> Iterator[tuple[int, int]]:
 SITES = {row: [f"X{column}/Y{row}/EBR{number}" for column, number in _columns()] for row in _ROWS}
 
 
+# The lines in front of the array, whose pixels enter it at label 0.
+_FRONT = re.compile(r"(line_store|shift)\.")
+
+
 def label_of(name: str) -> float | None:
-    """Position of a memory in the chain of labels, by its name in the hierarchy: the number after ``_`` is the first of its labels.
+    """Position of a memory in the chain of labels, by its name in the hierarchy: the number after ``_`` is the first of its labels; the
+    memories in front of the array come before label 0.
 
     Examples
     --------
     >>> [label_of(f"engine.{name}") for name in ("array.wait_7.memory.0.0", "costs.group_8.low.0.1", "costs.edata.memory_3.0.0", "queue.0")]
     [7.0, 9.5, 3.5, None]
+    >>> label_of("line_store.plus_memory.0.0")
+    -1.0
     """
+    if _FRONT.match(name):
+        return -1.0
     found = re.search(r"_(\d+)\.", name)
     if found is None:
         return None
