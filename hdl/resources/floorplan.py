@@ -1,5 +1,4 @@
-"""A floor plan for the stand-in, an ECP5-85F: memory blocks in the order of the labels, along the device's rows, behind those of the line
-store; the selection in one area.
+"""A floor plan for the stand-in, an ECP5-85F: memory blocks in the order of the labels, along the device's rows; the selection in one area.
 
 The arrays are chains of labels, each label with its memories. Without a plan the placer scatters such a chain: with 80 labels, wires were
 half as long again as with the blocks in order, and the router barely converged.
@@ -33,23 +32,14 @@ def _columns() -> Iterator[tuple[int, int]]:
 SITES = {row: [f"X{column}/Y{row}/EBR{number}" for column, number in _columns()] for row in _ROWS}
 
 
-# The lines in front of the array, whose pixels enter it at label 0.
-_FRONT = re.compile(r"(line_store|shift)\.")
-
-
 def label_of(name: str) -> float | None:
-    """Position of a memory in the chain of labels, by its name in the hierarchy: the number after ``_`` is the first of its labels; the
-    memories in front of the array come before label 0.
+    """Position of a memory in the chain of labels, by its name in the hierarchy: the number after ``_`` is the first of its labels.
 
     Examples
     --------
     >>> [label_of(f"engine.{name}") for name in ("array.wait_7.memory.0.0", "costs.group_8.low.0.1", "costs.edata.memory_3.0.0", "queue.0")]
     [7.0, 9.5, 3.5, None]
-    >>> label_of("line_store.plus_memory.0.0")
-    -1.0
     """
-    if _FRONT.match(name):
-        return -1.0
     found = re.search(r"_(\d+)\.", name)
     if found is None:
         return None
@@ -98,15 +88,17 @@ def selection_plan(registers: Mapping[str, tuple[int, int]]) -> dict[str, str]:
     return plan
 
 
-#: Share of used sites above which all blocks are planned.
+# Share of used sites above which all blocks are planned.
 _CROWDED = 0.9
+# The lines in front of the arrays, whose pixels enter at label 0.
+_FRONT = re.compile(r"(line_store|shift)\.")
 
 
 def floor_plan(names: Iterable[str]) -> dict[str, str]:
     """Sites of the memory blocks of labels: along the rows in alternating direction, more where there is more logic around a row.
 
     The placer finds sites for the others, unless few are left, which would be far apart: then the others are placed first, adjacent in the
-    two rows with the least logic around them, and the labels follow from there.
+    two rows with the least logic around them, and the labels follow from there, with the line store's blocks in front of them.
 
     Parameters
     ----------
@@ -121,11 +113,14 @@ def floor_plan(names: Iterable[str]) -> dict[str, str]:
     places = {row: list(sites) for row, sites in SITES.items()}
     total = sum(map(len, places.values()))
     labels = {name: label_of(name) for name in names}
+    crowded = _CROWDED * total < len(labels) <= total
+    if crowded:
+        labels |= {name: -1.0 for name in labels if _FRONT.match(name)}
     chain = sorted((label, name) for name, label in labels.items() if label is not None)
     if not chain or len(chain) > total:
         return {}
     plan = {}
-    if _CROWDED * total < len(labels) <= total:
+    if crowded:
         places = dict(reversed(places.items()))
         first = list(places)[:2]
         for number, name in enumerate(sorted(name for name, label in labels.items() if label is None)):

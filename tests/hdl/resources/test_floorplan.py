@@ -37,9 +37,10 @@ def test_plan():
 
 
 def test_crowded():
-    """Few sites left: all blocks are planned, those without a label first and adjacent, in the rows where the chain begins."""
+    """Few sites left: all blocks are planned, those without a label first and adjacent, in the rows where the chain begins, with what is in
+    front of label 0."""
     others = [f"block_of_none.x{n}" for n in range(24)]
-    chain = [f"array.wait_{n}.memory" for n in range(184)]
+    chain = ["line_store.line_memory.0.0", "shift.ring.0.0", *(f"array.wait_{n}.memory" for n in range(182))]
     plan = floor_plan([*chain, *others])
     assert len(plan) == len(set(plan.values())) == 208
     at = {name: tuple(map(int, re.match(r"X(\d+)/Y(\d+)", place).groups())) for name, place in plan.items()}
@@ -50,8 +51,8 @@ def test_crowded():
     assert rows == [82, 70, 46, 22]
     steps = [abs(at[a][0] - at[b][0]) for a, b in itertools.pairwise(chain)]
     assert max(steps) <= 28 and sum(step > 8 for step in steps) <= 1  # once, past the others
-    # With enough sites, the placer finds those of the others.
-    assert set(floor_plan([*chain[:100], *others])) == set(chain[:100])
+    # With enough sites, the placer finds those of the others, and of what is in front.
+    assert set(floor_plan([*chain[:100], *others])) == set(chain[2:100])
 
 
 def test_no_plan():
