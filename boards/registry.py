@@ -1,6 +1,7 @@
 """Finds boards by name. A board is a folder ``boards/NAME/`` whose module ``board`` exports one :class:`Board` as ``BOARD``."""
 
 import importlib
+import math
 import pkgutil
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
@@ -193,6 +194,8 @@ class Board:
             if self.make_clock is None:
                 raise UserError(f"the board {self.name} does not choose the matcher's clock by --clock {clock_mhz:g}; " +
                                 ("choose --memory-clock" if self.memory_clocks_mhz else "leave --clock out"))
+            if not math.isfinite(clock_mhz):
+                raise UserError(f"--clock must be a number of MHz, not {clock_mhz:g}; leave it out for {self.clock_mhz:g} MHz")
             return self.make_clock(clock_mhz)
         return round(1e6 * (self.clock_mhz if memory_clock_mhz is None else self.memory_clocks_mhz[memory_clock_mhz]))
 

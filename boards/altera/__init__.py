@@ -1,4 +1,4 @@
-"""What boards with an FPGA of Altera share: ``platform`` has settings for Quartus, ``pll`` the PLL, ``synchronizers`` and ``crossings``
-what leads from clock to clock, ``check`` and ``sdc`` the checks of a project, ``bitec`` cards for an HSMC connector.
-May import ``golden``, ``boards.registry`` and ``hdl``, except ``hdl.build``.
+"""What boards with an FPGA of Altera share: ``pins`` reads a board's table of pins, ``platform`` has settings and files for Quartus,
+``pll`` is the PLL; ``synchronizers`` and ``crossings`` lead from clock to clock, ``check`` and ``sdc`` check a project, ``bitec`` has cards
+for an HSMC connector. May import ``golden``, ``boards.registry`` and ``hdl``, except ``hdl.build``.
 """

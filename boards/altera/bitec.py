@@ -5,6 +5,7 @@ settings of Quartus.
 """
 
 from collections.abc import Sequence
+from functools import partial
 
 from amaranth.build import Attrs, Clock, Pins, Resource, Subsignal
 
@@ -45,21 +46,19 @@ def quad_video_card(connector: int, channels: Sequence[int], standard: Attrs) ->
         ``camera`` for each channel: eight bits of ``data`` at each rising edge of its ``clk``; ``decoder``: ``reset_n`` and
         ``powerdown_n``, both active low, and its I2C bus ``scl``, ``sda``.
     """
-    def pins(at: str, dir: str) -> Pins:
-        return Pins(at, dir=dir, conn=("hsmc", connector))
-
+    pins = partial(Pins, conn=("hsmc", connector))
     cameras = [
         Resource("camera", number,
-            Subsignal("clk", pins(clock, "i"), Clock(PAL.byte_clock_hz)),
-            Subsignal("data", pins(data, "i"), _INPUT_REGISTER),
+            Subsignal("clk", pins(clock, dir="i"), Clock(PAL.byte_clock_hz)),
+            Subsignal("data", pins(data, dir="i"), _INPUT_REGISTER),
             standard)
         for number, (clock, data) in enumerate(_CHANNELS[channel] for channel in channels)
     ]
     return [*cameras, Resource("decoder", 0,
-        Subsignal("reset_n", pins("155", "o")),
-        Subsignal("powerdown_n", pins("157", "o")),
-        Subsignal("scl", pins("34", "io"), _PULL_UP),
-        Subsignal("sda", pins("33", "io"), _PULL_UP),
+        Subsignal("reset_n", pins("155", dir="o")),
+        Subsignal("powerdown_n", pins("157", dir="o")),
+        Subsignal("scl", pins("34", dir="io"), _PULL_UP),
+        Subsignal("sda", pins("33", dir="io"), _PULL_UP),
         standard)]
 
 
@@ -72,22 +71,20 @@ def dvi_card(connector: int, standard: Attrs) -> Resource:
         ``dvi``: pixels ``red``, ``green``, ``blue``, ``de``, ``hsync``, ``vsync`` with their clock ``clk``, ``clk_n``; ``power_up``,
         ``isel``, ``dken``, ``ctl``, levels that configure the transmitter; its I2C bus ``scl``, ``sda``.
     """
-    def pins(at: str, dir: str) -> Pins:
-        return Pins(at, dir=dir, conn=("hsmc", connector))
-
+    pins = partial(Pins, conn=("hsmc", connector))
     return Resource("dvi", 0,
-        Subsignal("clk", pins("95", "o")),
-        Subsignal("clk_n", pins("97", "o")),
-        Subsignal("blue", pins("151 149 152 150 146 144 140 138", "o"), _OUTPUT_REGISTER),
-        Subsignal("green", pins("134 132 128 126 122 120 116 114", "o"), _OUTPUT_REGISTER),
-        Subsignal("red", pins("110 108 104 102 103 101 91 89", "o"), _OUTPUT_REGISTER),
-        Subsignal("de", pins("115", "o"), _OUTPUT_REGISTER),
-        Subsignal("hsync", pins("119", "o"), _OUTPUT_REGISTER),
-        Subsignal("vsync", pins("121", "o"), _OUTPUT_REGISTER),
-        Subsignal("power_up", pins("133", "o")),
-        Subsignal("isel", pins("139", "o")),
-        Subsignal("dken", pins("85", "o")),
-        Subsignal("ctl", pins("131 127 125", "o")),
-        Subsignal("scl", pins("145", "io"), _PULL_UP),
-        Subsignal("sda", pins("143", "io"), _PULL_UP),
+        Subsignal("clk", pins("95", dir="o")),
+        Subsignal("clk_n", pins("97", dir="o")),
+        Subsignal("blue", pins("151 149 152 150 146 144 140 138", dir="o"), _OUTPUT_REGISTER),
+        Subsignal("green", pins("134 132 128 126 122 120 116 114", dir="o"), _OUTPUT_REGISTER),
+        Subsignal("red", pins("110 108 104 102 103 101 91 89", dir="o"), _OUTPUT_REGISTER),
+        Subsignal("de", pins("115", dir="o"), _OUTPUT_REGISTER),
+        Subsignal("hsync", pins("119", dir="o"), _OUTPUT_REGISTER),
+        Subsignal("vsync", pins("121", dir="o"), _OUTPUT_REGISTER),
+        Subsignal("power_up", pins("133", dir="o")),
+        Subsignal("isel", pins("139", dir="o")),
+        Subsignal("dken", pins("85", dir="o")),
+        Subsignal("ctl", pins("131 127 125", dir="o")),
+        Subsignal("scl", pins("145", dir="io"), _PULL_UP),
+        Subsignal("sda", pins("143", dir="io"), _PULL_UP),
         standard)

@@ -1,5 +1,6 @@
 """A platform for Quartus: settings and files that all boards have in common."""
 
+from importlib import resources
 from typing import Any, ClassVar
 
 from amaranth import Module
@@ -12,7 +13,7 @@ from ..environment import no_overrides
 from .synchronizers import async_ff_synchronizer, ff_synchronizer
 
 
-__all__ = ["OUTSIDE_CLOCKS", "QuartusPlatform", "quartus_settings", "settings_template"]
+__all__ = ["OUTSIDE_CLOCKS", "QuartusPlatform", "file_templates", "quartus_settings", "settings_template"]
 
 
 #: Template of constraints: clocks that enter at pins.
@@ -79,12 +80,34 @@ def settings_template(files: str = _CONSTRAINTS_FILE, more: str = "") -> str:
 {more}"""
 
 
+def file_templates(package: str, constraints: str, settings: str | None = None) -> dict[str, str]:
+    """Templates of a project's files: RTLIL for :mod:`boards.emission`, settings, constraints, instructions.
+
+    Parameters
+    ----------
+    package : str
+        The board's, whose folder has the instructions, ``readme.md``.
+    constraints : str
+        Template.
+    settings : str or None
+        Template; that of :func:`settings_template` by default.
+    """
+    return {
+        "{{name}}.il": "{{emit_rtlil()}}",
+        "{{name}}.qsf": settings_template() if settings is None else settings,
+        "{{name}}.sdc": constraints,
+        "README.md": resources.files(package).joinpath("readme.md").read_text(encoding="utf-8"),
+    }
+
+
 class QuartusPlatform(AlteraPlatform):
     """For a board's platform: synchronisers of our own, and a project that Quartus opens.
 
     ``SETTINGS`` are lines of every project for the board, of :func:`quartus_settings`.
     """
     SETTINGS: ClassVar[tuple[str, ...]]
+
+    quartus_command_templates = ()   # Quartus is run by hand
 
     def get_ff_sync(self, ff_sync: FFSynchronizer) -> Module:
         return ff_synchronizer(ff_sync)

@@ -1,11 +1,12 @@
 """Altera's PLL, altpll: the block itself, and a PLL for one clock."""
 
 from fractions import Fraction
+from functools import partial
 
 from amaranth import *
 from amaranth.hdl import ValueLike
 
-from golden.errors import UserError
+from ..clock import chosen_clock
 
 
 __all__ = ["OUTPUTS", "Pll", "altpll", "make_clock"]
@@ -56,21 +57,15 @@ def _makes(input_hz: int, output_hz: int) -> bool:
 
 
 def make_clock(board: str, input_hz: int, clock_mhz: float) -> int:
-    """``clock_mhz`` in Hz, if the board's PLL makes it without error; :class:`golden.errors.UserError` otherwise, which names the nearest
-    one that is a whole number of kHz.
+    """As :func:`boards.clock.chosen_clock`, which names the nearest clock that is a whole number of kHz.
 
     Examples
     --------
     >>> make_clock("b", 50_000_000, 62.5), make_clock("b", 50_000_000, 75)
     (62500000, 75000000)
     """
-    hz = round(clock_mhz * 1e6)
-    if _makes(input_hz, hz):
-        return hz
-    clocks = (oscillator // divider for oscillator in _oscillators(input_hz) for divider in _DIVIDERS if not oscillator % (1000 * divider))
-    nearest = min(clocks, key=lambda clock: abs(clock - hz))
-    raise UserError(f"the PLL of the board {board} does not make {clock_mhz:g} MHz of {input_hz / 1e6:g} MHz; "
-                    f"choose --clock {nearest / 1e6:g}")
+    offered = (oscillator // divider for oscillator in _oscillators(input_hz) for divider in _DIVIDERS if not oscillator % (1000 * divider))
+    return chosen_clock(board, input_hz, clock_mhz, partial(_makes, input_hz), offered)
 
 
 class Pll(Elaboratable):

@@ -4,13 +4,11 @@ Banks 1, 2, 5 and 6 of the device, with both HSMC connectors, are supplied with 
 Banks 3, 4, 7 and 8, with memory, LEDs, buttons and oscillators, are supplied with 1.8 V.
 """
 
-import csv
-from importlib import resources
-
-from amaranth.build import Attrs, Clock, Connector, Pins, PinsN, Resource, Subsignal
+from amaranth.build import Attrs, Clock, Pins, PinsN, Resource, Subsignal
 from amaranth_boards.resources import ButtonResources, LEDResources, SwitchResources, UARTResource
 
 from ..altera.bitec import dvi_card, quad_video_card
+from ..altera.pins import PinTable
 from ..altera.platform import QuartusPlatform, quartus_settings
 
 
@@ -29,23 +27,15 @@ LOCAL_CLOCKS_MHZ: dict[int, float] = {125: 62.5, 150: 75}
 #: Which of them the memory has, unless another one is chosen.
 MEMORY_CLOCK_MHZ = 150
 
-with resources.files(__package__).joinpath("pins.csv").open(encoding="utf-8") as _file:
-    _PINS = {row["signal"]: row for row in csv.DictReader(line for line in _file if not line.startswith("#"))}
+_PINS = PinTable(__package__)
+_balls, _bus = _PINS.balls, _PINS.bus
 
 #: Ball to I/O bank, of all balls in the table.
-BALLS = {row["ball"]: int(row["bank"]) for row in _PINS.values()}
+BALLS = {row["ball"]: int(row["bank"]) for row in _PINS.rows}
 #: I/O bank to its supply.
 BANK_VOLTS = {1: 2.5, 2: 2.5, 3: 1.8, 4: 1.8, 5: 2.5, 6: 2.5, 7: 1.8, 8: 1.8}
 #: Balls that reach the clock network: those that Quartus reports as dedicated inputs.
 CLOCK_BALLS = frozenset(("A14", "A15", "B14", "B15", "AG14", "AG15", "AH14", "AH15", "J1", "J2", "J27", "J28", "Y1", "Y2", "Y27", "Y28"))
-
-
-def _balls(*signals: str) -> str:
-    return " ".join(_PINS[signal]["ball"] for signal in signals)
-
-
-def _bus(signal: str, width: int) -> str:
-    return _balls(*(f"{signal}[{bit}]" for bit in range(width)))
 
 
 _V18 = Attrs(io_standard="1.8 V")
@@ -101,8 +91,6 @@ class Cyclone3Platform(QuartusPlatform):
             Subsignal("dm", Pins(_bus("ddr2_dm", 4), dir="o"), _DATA)),
         UARTResource(0, rx=_balls("clkin_sma"), tx=_balls("clkout_sma"), attrs=_V18),
     )
-    connectors = tuple(
-        Connector("hsmc", number, {row["hsmc"][1:]: row["ball"] for row in _PINS.values() if row["hsmc"].startswith(letter)})
-        for number, letter in enumerate("AB"))
+    connectors = tuple(_PINS.hsmc(number, letter) for number, letter in enumerate("AB"))
 
     SETTINGS = quartus_settings(FAMILY, "2.5 V")

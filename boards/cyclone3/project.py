@@ -6,23 +6,21 @@ from typing import ClassVar
 
 from golden.config import MatcherConfig
 from golden.video.formats import PAL, DisplayFormat
-from hdl.emit import NO_RW_CHECK, emit_rtlil
 from hdl.netlist import Cell, Hierarchy
 
 from ..altera.crossings import gray_constraints
-from ..altera.platform import OUTSIDE_CLOCKS, settings_template
+from ..altera.platform import OUTSIDE_CLOCKS, file_templates, settings_template
 from ..altera.synchronizers import ATTRIBUTE
+from ..emission import NAME, emitted_files
 from ..registry import Project, System
 from .blocks import BLOCKS, MEMORY_CONTROLLER
 from .platform import Cyclone3Platform
 from .top import BoardTop, pll_ratio
 
 
-__all__ = ["DDR2_SCRIPT", "NAME", "StereoPlatform", "quartus_project"]
+__all__ = ["DDR2_SCRIPT", "StereoPlatform", "quartus_project"]
 
 
-#: Of project and top-level module.
-NAME = "stereo"
 #: The script that compares the generated memory controller with what this project connects.
 DDR2_SCRIPT = "check_ddr2.tcl"
 
@@ -89,7 +87,7 @@ _FILTERS = {_PIXEL_CLOCK: "display_pll|*", _LOCAL_CLOCK: "ddr2|*", **{port: port
 
 
 class StereoPlatform(Cyclone3Platform):
-    """The board with the files of this project: RTLIL for :mod:`hdl.emit`, settings, constraints and instructions.
+    """The board with the files of this project.
 
     Parameters
     ----------
@@ -100,13 +98,7 @@ class StereoPlatform(Cyclone3Platform):
     """
     MEMORY_CONTROLLER = MEMORY_CONTROLLER
 
-    quartus_file_templates: ClassVar = {
-        "{{name}}.il": "{{emit_rtlil()}}",
-        "{{name}}.qsf": _SETTINGS,
-        "{{name}}.sdc": _CONSTRAINTS,
-        "README.md": resources.files(__package__).joinpath("readme.md").read_text(encoding="utf-8"),
-    }
-    quartus_command_templates = ()   # Quartus is run by hand: the memory controller must be generated first
+    quartus_file_templates: ClassVar = file_templates(__package__, _CONSTRAINTS, _SETTINGS)
 
     def __init__(self, display: DisplayFormat, config: MatcherConfig, local_clock_mhz: float):
         super().__init__()
@@ -131,9 +123,7 @@ def quartus_project(core: System, display: DisplayFormat, config: MatcherConfig)
     """
     assert core.budget
     local_clock_mhz = core.budget.timing.clock_hz / 1e6
-    plan = StereoPlatform(display, config, local_clock_mhz).prepare(BoardTop(core, display), NAME, emit_src=False)
-    files = {file_name: text.rstrip("\n") + "\n" for file_name, text in plan.files.items()}
-    files[f"{NAME}.v"], netlist = emit_rtlil(files.pop(f"{NAME}.il"), attributes=(ATTRIBUTE, NO_RW_CHECK))
+    files, netlist = emitted_files(StereoPlatform(display, config, local_clock_mhz), BoardTop(core, display), [ATTRIBUTE])
     generated = {_PIXEL_CLOCK: display.pixel_clock_hz / 1e6, _LOCAL_CLOCK: local_clock_mhz}
     clocks_mhz = {**generated, **dict.fromkeys(_CAMERA_CLOCKS, PAL.byte_clock_hz / 1e6)}
     files[f"{NAME}.sdc"] += _GRAY_CONSTRAINTS + gray_constraints(

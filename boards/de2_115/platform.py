@@ -3,13 +3,11 @@
 The pins of its HSMC connector, LEDs and buttons are supplied with 2.5 V, all others that are used with 3.3 V.
 """
 
-import csv
-from importlib import resources
-
-from amaranth.build import Attrs, Clock, Connector, Pins, Resource, Subsignal
+from amaranth.build import Attrs, Clock, Pins, Resource, Subsignal
 from amaranth_boards.resources import ButtonResources, LEDResources, UARTResource, VGAResource
 
 from ..altera.check import Ball
+from ..altera.pins import PinTable
 from ..altera.platform import QuartusPlatform, quartus_settings
 
 
@@ -21,21 +19,13 @@ DEVICE = "EP4CE115F29C7"
 
 OSCILLATOR_HZ = 50_000_000
 
-with resources.files(__package__).joinpath("pins.csv").open(encoding="utf-8") as _file:
-    _PINS = {row["signal"]: row for row in csv.DictReader(line for line in _file if not line.startswith("#"))}
+_PINS = PinTable(__package__)
+_balls, _bus = _PINS.balls, _PINS.bus
 
 #: Supply of all balls in the table.
-BALLS = {row["ball"]: Ball(float(row["volts"])) for row in _PINS.values()}
+BALLS = {row["ball"]: Ball(float(row["volts"])) for row in _PINS.rows}
 #: Balls that reach the clock network: those with an oscillator.
 CLOCK_BALLS = frozenset(("Y2",))
-
-
-def _balls(*signals: str) -> str:
-    return " ".join(_PINS[signal]["ball"] for signal in signals)
-
-
-def _bus(signal: str, width: int) -> str:
-    return _balls(*(f"{signal}[{bit}]" for bit in range(width)))
 
 
 _V33 = Attrs(io_standard="3.3-V LVTTL")
@@ -74,6 +64,6 @@ class De2115Platform(QuartusPlatform):
             Subsignal("blank_n", Pins(_balls("VGA_BLANK_N"), dir="o"), _VGA),
             Subsignal("sync_n", Pins(_balls("VGA_SYNC_N"), dir="o"), _V33)),
     )
-    connectors = (Connector("hsmc", 0, {row["hsmc"]: row["ball"] for row in _PINS.values() if row["hsmc"]}),)
+    connectors = (_PINS.hsmc(0),)
 
     SETTINGS = quartus_settings(FAMILY, "2.5 V")

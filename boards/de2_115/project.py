@@ -2,26 +2,21 @@
 
 from fractions import Fraction
 from functools import partial
-from importlib import resources
 from typing import ClassVar
-
-from hdl.emit import NO_RW_CHECK, emit_rtlil
 
 from ..altera import check
 from ..altera.check import Chip
-from ..altera.platform import OUTSIDE_CLOCKS, settings_template
+from ..altera.platform import OUTSIDE_CLOCKS, file_templates
 from ..altera.synchronizers import ATTRIBUTE
+from ..emission import NAME, emitted_files
 from ..loop.system import LoopBoard
 from ..registry import Design, Project
 from .platform import BALLS, CLOCK_BALLS, FAMILY, OSCILLATOR_HZ, De2115Platform
 from .top import VgaTop
 
 
-__all__ = ["NAME", "check_project", "loop_project"]
+__all__ = ["check_project", "loop_project"]
 
-
-#: Of project and top-level module.
-NAME = "stereo"
 
 _CONSTRAINTS = OUTSIDE_CLOCKS + """
     # Clocks of both PLLs.
@@ -48,16 +43,10 @@ _CONSTRAINTS = OUTSIDE_CLOCKS + """
 
 
 class _ProjectPlatform(De2115Platform):
-    """The board with the files of this project: RTLIL for :mod:`hdl.emit`, settings, constraints and instructions."""
+    """The board with the files of this project."""
     FAMILY = FAMILY
 
-    quartus_file_templates: ClassVar = {
-        "{{name}}.il": "{{emit_rtlil()}}",
-        "{{name}}.qsf": settings_template(),
-        "{{name}}.sdc": _CONSTRAINTS,
-        "README.md": resources.files(__package__).joinpath("readme.md").read_text(encoding="utf-8"),
-    }
-    quartus_command_templates = ()   # Quartus is run by hand
+    quartus_file_templates: ClassVar = file_templates(__package__, _CONSTRAINTS)
 
     def __init__(self, design: Design):
         super().__init__()
@@ -71,9 +60,7 @@ class _ProjectPlatform(De2115Platform):
 def loop_project(system: LoopBoard, design: Design) -> Project:
     """Verilog, project, settings, constraints and README of the board with ``system`` on it."""
     assert design.display
-    plan = _ProjectPlatform(design).prepare(VgaTop(system.core, design.clock_hz, design.display), NAME, emit_src=False)
-    files = {file_name: text.rstrip("\n") + "\n" for file_name, text in plan.files.items()}
-    files[f"{NAME}.v"], netlist = emit_rtlil(files.pop(f"{NAME}.il"), attributes=(ATTRIBUTE, NO_RW_CHECK))
+    files, netlist = emitted_files(_ProjectPlatform(design), VgaTop(system.core, design.clock_hz, design.display), [ATTRIBUTE])
     return Project(NAME, files, netlist, stored=system.core.stores.about)
 
 

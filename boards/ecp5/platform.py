@@ -7,9 +7,9 @@ from amaranth.build.run import BuildPlan
 from amaranth.hdl import Fragment
 from amaranth.vendor import LatticeECP5Platform
 
-from hdl.emit import NO_RW_CHECK, emit_rtlil
 from hdl.netlist import BlackBox
 
+from ..emission import NAME, emitted_files
 from ..environment import no_overrides
 from ..loop.system import LoopBoard
 from ..loop.top import Wiring
@@ -18,11 +18,8 @@ from .pll import ATTRIBUTES
 from .top import DviTop
 
 
-__all__ = ["BLOCKS", "NAME", "LoopPlatform", "loop_project"]
+__all__ = ["BLOCKS", "LoopPlatform", "loop_project"]
 
-
-#: Of project and top-level module.
-NAME = "stereo"
 
 #: Lattice's blocks, the only modules that a project takes from elsewhere: Yosys knows all of them.
 BLOCKS = {
@@ -37,7 +34,7 @@ BLOCKS = {
 
 
 class LoopPlatform(LatticeECP5Platform):
-    """For a subclass of it and of a board's platform: the files are RTLIL for :mod:`hdl.emit`, Amaranth's constraints, and instructions.
+    """For a subclass of it and of a board's platform: the files are RTLIL for :mod:`boards.emission`, Amaranth's constraints, instructions.
 
     ``WIRING`` says which of the board's resources are taken; ``README`` is the package whose ``readme.md`` has the instructions.
     """
@@ -73,7 +70,5 @@ def loop_project(platform: LoopPlatform, system: LoopBoard) -> Project:
     """
     design = platform.design
     top = DviTop(system.core, design.clock_hz, platform.WIRING, design.display)
-    plan = platform.prepare(top, NAME, emit_src=False)
-    files = {file_name: text.rstrip("\n") + "\n" for file_name, text in plan.files.items()}
-    files[f"{NAME}.v"], netlist = emit_rtlil(files.pop(f"{NAME}.il"), attributes=(NO_RW_CHECK, "FREQUENCY_PIN_CLKI", *ATTRIBUTES))
+    files, netlist = emitted_files(platform, top, ["FREQUENCY_PIN_CLKI", *ATTRIBUTES])
     return Project(NAME, files, netlist, stored=system.core.stores.about)

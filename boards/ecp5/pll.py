@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 from amaranth import *
 
-from golden.errors import UserError
+from ..clock import chosen_clock
 
 
 __all__ = ["ATTRIBUTES", "Dividers", "Pll", "dividers", "make_clock"]
@@ -61,14 +61,9 @@ def dividers(input_hz: int, outputs_hz: Sequence[int]) -> Dividers | None:
 
 
 def make_clock(board: str, input_hz: int, clock_mhz: float) -> int:
-    """``clock_mhz`` in Hz, if the board's PLL can make it; :class:`golden.errors.UserError` otherwise, which names the nearest one."""
-    hz = round(clock_mhz * 1e6)
-    if hz > 0 and dividers(input_hz, [hz]):
-        return hz
-    clocks = (step * _DETECTOR_HZ for step in range(1, 129))
-    nearest = min((clock for clock in clocks if dividers(input_hz, [clock])), key=lambda clock: abs(clock - hz))
-    raise UserError(f"the PLL of the board {board} does not make {clock_mhz:g} MHz of {input_hz / 1e6:g} MHz; "
-                    f"choose --clock {nearest / 1e6:g}")
+    """As :func:`boards.clock.chosen_clock`, which names the nearest clock that is a multiple of 3.125 MHz."""
+    offered = (clock for step in _DIVIDERS if dividers(input_hz, [clock := step * _DETECTOR_HZ]))
+    return chosen_clock(board, input_hz, clock_mhz, lambda hz: dividers(input_hz, [hz]), offered)
 
 
 class Pll(Elaboratable):

@@ -1,4 +1,5 @@
 import json
+import math
 import os
 import subprocess
 import sys
@@ -75,6 +76,12 @@ def test_memory_clocks():
         BOARD.clock_hz(None, 133)
     with pytest.raises(UserError, match=r"^the board cyclone3 does not run its memory at 150 MHz; leave --memory-clock out$"):
         replace(BOARD, memory_clocks_mhz={}).clock_hz(None, 150)
+
+
+@pytest.mark.parametrize("clock", [math.nan, math.inf, -math.inf])
+def test_clock_that_is_no_number(clock):
+    with pytest.raises(UserError, match=rf"^--clock must be a number of MHz, not {clock}; leave it out for 75 MHz$"):
+        replace(BOARD, make_clock=round).clock_hz(clock)
 
 
 def test_ports_of_a_project():
