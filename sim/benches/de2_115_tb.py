@@ -2,75 +2,43 @@
 
 import cocotb
 import numpy as np
-from cocotb.triggers import Timer
 
-from golden.config import MatcherConfig
-from golden.video.side_by_side import side_by_side
+from sim.benches.loop_pins import LoopPins
 from sim.kit.display_cases import SMALL_DISPLAY
-from sim.models.loop_double import double_pictures
+from sim.models.loop_double import double_picture
 from sim.models.monitor import Monitor
 
 
-# Oscillator's half-period; the stand-ins of the PLLs repeat its clock.
-HALF_NS = 10
-
-
-async def clocks(dut, count, sample=lambda rising: None):
-    """Clock periods of the oscillator; ``sample`` is called in each of their halves, with whether it began with a rising edge of the
-    converter's clock, which is "Z" during reset.
-    """
-    before = ""
-    for _ in range(count):
-        for level in (1, 0):
-            dut.clk50_0__io.value = level
-            await Timer(HALF_NS, unit="ns")
-            now = str(dut.dac_0__clk__io.value)
-            sample((before, now) == ("0", "1"))
-            before = now
-
-
-def leds(dut):
-    return sum(int(getattr(dut, f"led_{number}__io").value) << number for number in range(8))
+def pins(dut):
+    return LoopPins(dut, "clk50_0__io", "button_0__io", pressed=0, half_ns=10)
 
 
 @cocotb.test()
 async def line_leds_and_reset(dut):
-    """The line reaches the system and is driven by it; LEDs in their order, lit by 1; the button, active low, clears."""
-    dut.button_0__io.value = 1
-    dut.uart_0__rx__io.value = 1
-    await clocks(dut, 10)
-    assert (int(dut.uart_0__tx__io.value), leds(dut), int(dut.dac_0__sync_n__io.value)) == (1, 0, 0)
-    for changes in range(1, 40):
-        dut.uart_0__rx__io.value = 1 - changes % 2
-        await clocks(dut, 2)
-        assert (int(dut.uart_0__tx__io.value), leds(dut)) == (1 - changes % 2, changes)
-    dut.button_0__io.value = 0
-    await clocks(dut, 3)
-    assert leds(dut) == 0
-    dut.button_0__io.value = 1
-    await clocks(dut, 5)
+    """And no sync is added to green."""
+    await pins(dut).check_line_leds_and_reset()
+    assert int(dut.dac_0__sync_n__io.value) == 0
 
 
 @cocotb.test()
 async def picture_at_the_converter(dut):
     """What a strict monitor samples with the converter's clock is golden's picture; no pin changes at that clock's rising edge."""
+    board = pins(dut)
     monitor = Monitor(SMALL_DISPLAY)
-    before = None
+    clock, word = "", None
 
-    def sample(rising):
-        nonlocal before
-        vga = [int(getattr(dut, f"vga_0__{name}__io").value) for name in ("b", "g", "r", "hs", "vs")]
-        blank_n = int(dut.dac_0__blank_n__io.value)
-        blue, green, red, hsync, vsync = vga
-        word = blue | green << 8 | red << 16 | blank_n << 24 | hsync << 25 | vsync << 26
-        if rising:
-            assert word == before
+    def sample():
+        nonlocal clock, word
+        # The clock is "Z" during reset.
+        clock_before, word_before, clock = clock, word, str(dut.dac_0__clk__io.value)
+        blue, green, red, hsync, vsync = (int(getattr(dut, f"vga_0__{name}__io").value) for name in ("b", "g", "r", "hs", "vs"))
+        word = blue | green << 8 | red << 16 | int(dut.dac_0__blank_n__io.value) << 24 | hsync << 25 | vsync << 26
+        if (clock_before, clock) == ("0", "1"):
+            assert word == word_before
             monitor.clock(word)
-        before = word
 
-    dut.button_0__io.value = 1
-    await clocks(dut, 40)
-    await clocks(dut, int(2.3 * SMALL_DISPLAY.h_total * SMALL_DISPLAY.v_total), sample)
+    board.press(False)
+    await board.clocks(40)
+    await board.clocks(int(2.3 * SMALL_DISPLAY.h_total * SMALL_DISPLAY.v_total), sample)
     assert monitor.frames >= 1
-    wanted = side_by_side(*double_pictures(MatcherConfig(4, 9), 6), SMALL_DISPLAY, 4)
-    np.testing.assert_array_equal(monitor.pictures[0], wanted)
+    np.testing.assert_array_equal(monitor.pictures[0], double_picture(SMALL_DISPLAY))

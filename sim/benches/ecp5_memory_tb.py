@@ -4,6 +4,7 @@ import cocotb
 from cocotb.triggers import Timer
 from cocotb.types import LogicArray
 
+from sim.benches.loop_pins import lit
 from sim.models.loop_double import MemoryDouble
 from sim.models.sdram import PinWord, SdramMemory
 
@@ -45,4 +46,4 @@ async def words(dut):
             word = memory.upcoming
             data.value = LogicArray("Z" * 16) if word is None else LogicArray("X" * 16) if clock else word
     assert (memory.words_written, memory.words_read) == (MemoryDouble.WORDS, MemoryDouble.WORDS)
-    assert sum(int(getattr(dut, f"led_{number}__io").value) << number for number in range(8)) == MemoryDouble.WORDS
+    assert lit(dut) == MemoryDouble.WORDS

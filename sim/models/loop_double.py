@@ -17,20 +17,31 @@ from boards.registry import Design, Project, find_board
 from golden.config import MatcherConfig
 from golden.video.formats import VGA, DisplayFormat
 from golden.video.sdram import SDRAM
+from golden.video.side_by_side import side_by_side
 from hdl.loop.sdram import SdramController, SdramPins
 
 
-__all__ = ["LoopDouble", "MemoryDouble", "double_pictures", "double_project", "memory_project"]
+__all__ = ["LoopDouble", "MemoryDouble", "double_picture", "double_project", "memory_project"]
 
 
-def double_pictures(config: MatcherConfig, height: int) -> tuple[NDArray[Any], NDArray[Any], NDArray[Any]]:
+# What the projects are made for.
+_CONFIG = MatcherConfig(labels=4, max_width=9)
+_HEIGHT = 6
+
+
+def _pictures(config: MatcherConfig, height: int) -> tuple[NDArray[Any], NDArray[Any], NDArray[Any]]:
     """Left picture, labels, and where they are known, that the stand-in shows: noise that is the same each time."""
     rng, shape = np.random.default_rng(1), (height, config.max_width)
     return rng.integers(0, 256, shape), rng.integers(0, config.labels, shape), rng.random(shape) < 0.8
 
 
+def double_picture(display: DisplayFormat) -> NDArray[Any]:
+    """What a monitor shows at the board of :func:`double_project`."""
+    return side_by_side(*_pictures(_CONFIG, _HEIGHT), display, _CONFIG.labels)
+
+
 class LoopDouble(wiring.Component):
-    """Sends back each bit of the line a clock later; the LEDs count its changes; shows :func:`double_pictures`.
+    """Sends back each bit of the line a clock later; the LEDs count its changes; shows noise.
 
     Members as of :class:`hdl.loop.system.LoopSystem` with :class:`hdl.loop.store.BlockStores`.
     """
@@ -50,7 +61,7 @@ class LoopDouble(wiring.Component):
         m.d.sync += self.uart_tx.eq(self.uart_rx)
         if self.display:
             words = [int(grey) | int(label) << 8 | int(known) << 16 for grey, label, known in zip(
-                *(picture.flat for picture in double_pictures(self.config, self.height)))]
+                *(picture.flat for picture in _pictures(self.config, self.height)))]
             m.submodules.store = store = Memory(shape=17, depth=len(words), init=words)
             read = store.read_port(domain="pixel")
             m.d.comb += [read.addr.eq(self.display_address), self.display_left.eq(read.data[:8]),
@@ -97,14 +108,12 @@ class MemoryDouble(wiring.Component):
 @cache
 def memory_project(board: str, clock_hz: int) -> Project:
     """The project of a board with :class:`MemoryDouble` on it, whose monitor is black."""
-    config = MatcherConfig(labels=4, max_width=9)
-    core = MemoryDouble(config, 6, clock_hz)
-    return find_board(board).project(LoopBoard(core, None), Design(config, 6, clock_hz, VGA, None, 3_000_000))
+    core = MemoryDouble(_CONFIG, _HEIGHT, clock_hz)
+    return find_board(board).project(LoopBoard(core, None), Design(_CONFIG, _HEIGHT, clock_hz, VGA, None, 3_000_000))
 
 
 @cache
 def double_project(board: str, display: DisplayFormat | None = VGA) -> Project:
     """The project of a board with the stand-in on it."""
-    config = MatcherConfig(labels=4, max_width=9)
-    core = LoopDouble(config, 6, display is not None)
-    return find_board(board).project(LoopBoard(core, None), Design(config, 6, 75_000_000, display, None, 3_000_000))
+    core = LoopDouble(_CONFIG, _HEIGHT, display is not None)
+    return find_board(board).project(LoopBoard(core, None), Design(_CONFIG, _HEIGHT, 75_000_000, display, None, 3_000_000))
