@@ -43,6 +43,8 @@ slow: setup
 
 # A warning is an error. Sources are copies: what is made for the site is put beside them.
 site: setup
+	@reason=$$($(RUN) -c "import furo, matplotlib, myst_parser, sphinx, wavedrom" 2>&1) || \
+		{ echo "make site: $${reason##*Error: }; remove $$VENV/.installed, and make site installs it" >&2; exit 2; }
 	@mkdir -p build/site-source
 	@$(RUN) -m sphinx -q -W --keep-going -c docs/site -d build/site-trees build/site-source build/site
 	@echo "The site is build/site/index.html."

@@ -70,6 +70,17 @@ def test_set_up_once_then_run(project, venv):
     assert {path.name for path in project.iterdir()} <= {"Makefile", "pyproject.toml", "build", ".venv", "my own"}
 
 
+def test_site_without_a_package(project):
+    """One sentence, and no traceback of Sphinx."""
+    make(project, "setup")
+    python = project / ".venv" / "bin" / "python"
+    python.write_text("#!/bin/sh\necho \"Traceback\nModuleNotFoundError: No module named 'furo'\" >&2\nexit 1\n")
+    _, out, err = make(project, "site", status=2)
+    assert out == "" and err.splitlines()[0] == (
+        "make site: No module named 'furo'; remove .venv/.installed, and make site installs it")
+    assert not (project / "build").exists()
+
+
 def test_pip_is_blamed_for_what_it_did(project):
     _, _, err = make(project, "setup", status=2, PIP_STATUS="1")
     assert "cannot be installed into .venv; pip's reason is above" in err and not (project / ".venv" / ".installed").exists()
