@@ -55,7 +55,7 @@ class RecursiveArray(wiring.Component):
     completes : Out(1)
         A pixel is completed; its label will follow.
     near_threshold, far_threshold, step_threshold, above_share, and below_share with costs from below : In
-        Constant from a frame's first step on.
+        Constant from the step on that completes a frame's first pixel.
     label : Out(range(D)), pixel : Out(SupportedPixel(config))
     fraction : Out(FRACTION)
         With fraction bits only: eighths of a pixel from the label; 0 at the first and at the last one.

@@ -27,6 +27,7 @@ __all__ = ["RecursiveEngine"]
 # Pixels in flight beyond those in the pipelines: in the registers of the source's decision, of the delay of a step and of the queue.
 MARGIN = 15
 
+
 class Checked(data.StructLayout):
     """A label on its way to its check, with its fraction if disparities have fraction bits."""
     def __init__(self, config: MatcherConfig):
@@ -56,7 +57,7 @@ class RecursiveEngine(wiring.Component):
     o : Out(stream.Signature(LabelWord(config)))
     in_use, near_threshold, far_threshold, step_threshold, above_share, below_share with costs from below, gate_numerator, gate_offset,
     gate_floor, minimum, check
-        Settings; sampled as the first column of a frame is accepted.
+        Settings; sampled as the source takes up a frame, soon after its first column was accepted if nothing stalls.
     """
     clocks_per_pixel = 1
     padding_clocks = 2  # cycles of padding in a line
