@@ -3,7 +3,7 @@
 import cocotb
 import numpy as np
 
-from sim.benches.loop_pins import LoopPins
+from sim.benches.loop_pins import LoopPins, lit
 from sim.kit.display_cases import SMALL_DISPLAY
 from sim.models.loop_double import double_picture
 from sim.models.monitor import Monitor
@@ -42,3 +42,38 @@ async def picture_at_the_converter(dut):
     await board.clocks(int(2.3 * SMALL_DISPLAY.h_total * SMALL_DISPLAY.v_total), sample)
     assert monitor.frames >= 1
     np.testing.assert_array_equal(monitor.pictures[0], double_picture(SMALL_DISPLAY))
+
+
+@cocotb.test()
+async def plls_that_lose_their_lock(dut):
+    """Each resets what its clock drives."""
+    board = pins(dut)
+    changes, before = 0, None
+
+    def sample():
+        nonlocal changes, before
+        level = str(dut.vga_0__hs__io.value)     # "Z" during reset
+        changes, before = changes + (level != before), level
+
+    board.press(True)
+    dut.uart_0__rx__io.value = 1
+    await board.clocks(3)
+    board.press(False)
+    await board.clocks(10)
+    dut.uart_0__rx__io.value = 0
+    await board.clocks(4)
+    assert lit(dut) == 1
+    dut.pll.block.locks.value = 0
+    await board.clocks(3)
+    assert lit(dut) == 0
+    dut.pll.block.locks.value = 1
+
+    dut.pixel_pll.block.locks.value = 0
+    await board.clocks(4)
+    await board.clocks(1, sample)
+    changes = 0
+    await board.clocks(3 * SMALL_DISPLAY.h_total, sample)
+    assert changes == 0
+    dut.pixel_pll.block.locks.value = 1
+    await board.clocks(3 * SMALL_DISPLAY.h_total, sample)
+    assert changes >= 4

@@ -7,7 +7,7 @@ from sim.kit.simulators import SIMULATORS, STUBS, build, lint, run
 from sim.models.loop_double import double_project
 
 
-TESTS = 2
+TESTS = 3
 
 
 @pytest.fixture
