@@ -119,6 +119,11 @@ def test_constraints():
     patterns = [re.escape(name).replace(r"\*", ".*") for names in re.findall(r"\[get_ports \{([^}]+)\}\]", text) for name in names.split()]
     for port in pins():
         assert any(re.fullmatch(pattern, port) for pattern in patterns), port
+    # The converter's clock is inverted, belongs to the monitor's, and has a quarter of a pixel on either side of its edge.
+    commands = re.sub(r"\\\n *", "", text)
+    assert re.search(r"(?m)^create_generated_clock -name dac_clock .* -invert \[get_ports \{dac_0__clk__io\}\]$", commands)
+    assert "-group [get_clocks {pll|*}] -group [get_clocks {pixel_pll|* dac_clock}]\n" in commands
+    assert re.findall(r"set_output_delay -clock dac_clock (.*) \$vga_ports\n", commands) == ["-max 5", "-min -5"]
 
 
 def test_plls():
@@ -126,6 +131,7 @@ def test_plls():
     found = [dict(re.findall(r"\.(\w+)\((?:32'd)?\"?([^\"]*?)\"?\)", block)) for block in blocks]
     assert sorted((block["clk0_multiply_by"], block["clk0_divide_by"]) for block in found) == [("1", "2"), ("3", "2")]
     assert {(block["inclk0_input_frequency"], block["intended_device_family"]) for block in found} == {("20000", "Cyclone IV E")}
+    assert {(block["operation_mode"], block["compensate_clock"], block["clk0_duty_cycle"]) for block in found} == {("NORMAL", "CLK0", "50")}
 
 
 def test_polarity():
