@@ -11,7 +11,7 @@ from ..registry import Project
 __all__ = ["LOGIC_ERROR", "blocks", "ecp5_fit"]
 
 
-#: By how much, in percent, tables and registers differ at most from nextpnr's count of designs of 64 disparities or more; docs/fit.md has
+#: By how much, in percent, tables and registers differ at most from nextpnr's count of designs of 16 disparities or more; docs/fit.md has
 #: the comparison.
 LOGIC_ERROR = 10
 
@@ -21,7 +21,7 @@ _CARRY = 1.75
 #: Words of a block of one bit, as a power of two, and the widths of its words, each with as many words fewer. Memories of fewer bits than
 #: this are registers, those that are never written tables.
 _ADDRESS_BITS, _WIDTHS = 14, (1, 2, 4, 9, 18, 36)
-_LEAST_BITS, _LEAST_TABLE_BITS = 200, 2048
+_LEAST_BITS, _LEAST_TABLE_BITS = 129, 2048
 
 
 def blocks(shape: MemoryShape) -> int:
@@ -66,5 +66,5 @@ def ecp5_fit(device: str, project: Project) -> Fit:
     kinds = "logic", "logic", "memory", "multipliers"
     figures = [Figure(kind, title, number, 0, limit, LOGIC_ERROR if kind == "logic" else 0)
                for kind, title, number, limit in zip(kinds, titles, estimated, capacity)]
-    about = (f"Estimate: tables and registers within {LOGIC_ERROR} % of what nextpnr counts, with 64 disparities or more.",)
+    about = (f"Estimate: tables and registers within {LOGIC_ERROR} % of what nextpnr counts, with 16 disparities or more.",)
     return Fit(device, figures, "", about, {"estimated": dict(zip(names, estimated)), "device": dict(zip(names, capacity))})
