@@ -60,7 +60,8 @@ def _run(argv: Sequence[str] | None) -> int:
     for option, value in (("--stand-in", options.stand_in), ("--seeds", options.seeds)):
         if value is not None and not options.clock:
             raise UserError(f"{option} {value} is for a clock rate; add --clock, or leave it out")
-    stand_in, seeds = STAND_INS.get(options.stand_in or DEFAULT_STAND_IN), 1 if options.seeds is None else options.seeds
+    stand_in = STAND_INS.get(DEFAULT_STAND_IN if options.stand_in is None else options.stand_in)
+    seeds = 1 if options.seeds is None else options.seeds
     if stand_in is None:
         raise UserError(f"there is no stand-in {options.stand_in!r}; choose one of: {', '.join(STAND_INS)}")
     if seeds not in SEEDS:

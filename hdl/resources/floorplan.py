@@ -88,8 +88,8 @@ def selection_plan(registers: Mapping[str, tuple[int, int]]) -> dict[str, str]:
     return plan
 
 
-# Share of used sites above which all blocks are planned.
-_CROWDED = 0.9
+# Shares of used sites above which all blocks are planned, and those of the line store.
+_CROWDED, _FILLED = 0.9, 0.8
 # The lines in front of the arrays, whose pixels enter at label 0.
 _FRONT = re.compile(r"(line_store|shift)\.")
 
@@ -98,7 +98,8 @@ def floor_plan(names: Iterable[str]) -> dict[str, str]:
     """Sites of the memory blocks of labels: along the rows in alternating direction, more where there is more logic around a row.
 
     The placer finds sites for the others, unless few are left, which would be far apart: then the others are placed first, adjacent in the
-    two rows with the least logic around them, and the labels follow from there, with the line store's blocks in front of them.
+    two rows with the least logic around them, and the labels follow from there. From a lower share on the line store's blocks
+    are planned in front of the labels.
 
     Parameters
     ----------
@@ -114,7 +115,7 @@ def floor_plan(names: Iterable[str]) -> dict[str, str]:
     total = sum(map(len, places.values()))
     labels = {name: label_of(name) for name in names}
     crowded = _CROWDED * total < len(labels) <= total
-    if crowded:
+    if len(labels) > _FILLED * total:
         labels |= {name: -1.0 for name in labels if _FRONT.match(name)}
     chain = sorted((label, name) for name, label in labels.items() if label is not None)
     if not chain or len(chain) > total:

@@ -51,7 +51,8 @@ def test_crowded():
     assert rows == [82, 70, 46, 22]
     steps = [abs(at[a][0] - at[b][0]) for a, b in itertools.pairwise(chain)]
     assert max(steps) <= 28 and sum(step > 8 for step in steps) <= 1  # once, past the others
-    # With enough sites, the placer finds those of the others, and of what is in front.
+    # With enough sites, the placer finds those of the others, and with more those of what is in front.
+    assert set(floor_plan([*chain[:150], *others])) == set(chain[:150])
     assert set(floor_plan([*chain[:100], *others])) == set(chain[2:100])
 
 

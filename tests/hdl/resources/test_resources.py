@@ -336,6 +336,7 @@ def test_command_line(tmp_path, capsys):
     (["--system", "--width", "640"], "send pictures of 720x576 pixels, not 640x576; leave --width and --height out"),
     (["--stand-in", "nexus"], "--stand-in nexus is for a clock rate; add --clock, or leave it out"),
     (["--seeds", "2"], "--seeds 2 is for a clock rate; add --clock, or leave it out"),
+    (["--clock", "--stand-in", ""], "there is no stand-in ''; choose one of: ecp5, nexus"),
     (["--clock", "--stand-in", "ice40"], "there is no stand-in 'ice40'; choose one of: ecp5, nexus"),
     (["--clock", "--seeds", "0"], "--seeds must be a whole number from 1 to 100, not 0; choose a value in that range"),
     (["--width", "0"], "--width must be a whole number from 1 to 4096, not 0; choose a value in that range"),
