@@ -31,6 +31,8 @@ def blocks(shape: MemoryShape) -> int:
     --------
     >>> blocks(MemoryShape(76_800, 8, 1)), blocks(MemoryShape(512, 36, 1)), blocks(MemoryShape(8, 9, 1))
     (38, 1, 0)
+    >>> blocks(MemoryShape(7, 19, 1)), blocks(MemoryShape(16, 8, 1))  # 133 and 128 bits
+    (1, 0)
     """
     words, width, written, read_ports, _ = shape
     if words * width < (_LEAST_BITS if written else _LEAST_TABLE_BITS):
