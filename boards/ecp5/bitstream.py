@@ -14,16 +14,20 @@ from golden.errors import UserError
 from golden.processes import run_program
 from hdl.bitstream import Bitstream, ClockRate, Placed
 from hdl.resources.ecp5 import ECP5
+from hdl.resources.floorplan import is_filled, place_labels
 from hdl.yosys import tool_environment
 
 from ..registry import Project
 
 
-__all__ = ["NEEDS", "Target", "make_bitstream"]
+__all__ = ["MATCHER", "NEEDS", "Target", "make_bitstream"]
 
 
 #: Modules that this needs, and their packages.
 NEEDS = {"pyosys": "pyosys", ECP5.module: ECP5.package}
+
+#: What names in the matcher begin with, once the hierarchy is flat.
+MATCHER = "core.core.matcher."
 
 #: Cells as nextpnr calls them, to plain names; those of which a design has none are not shown.
 _CELLS = {"TRELLIS_COMB": "tables and carry", "TRELLIS_FF": "registers", "DP16KD": "memory blocks of 18 kbit",
@@ -78,10 +82,13 @@ def make_bitstream(target: Target, project: Project, folder: Path, report: Calla
         (work / "design.v").write_text(project.files[f"{name}.v"])
         (work / "design.lpf").write_text(project.files[f"{name}.lpf"])
         try:
-            ECP5.synthesise(work, name, report)
+            types, _ = ECP5.synthesise(work, name, report)
         finally:
             if (work / "yosys.log").exists():
                 shutil.copyfile(work / "yosys.log", folder / logs["yosys"])
+        if is_filled(ECP5.memories.used(types)):
+            # Without it the router did not end, for one of the method recursive with 96 % of the blocks.
+            place_labels(work / "design.json", name, MATCHER)
         # Clocks have their targets from the constraints; what is not among them has no register.
         reason = ECP5.run_nextpnr(work, [
             *target.options(), "--router", "router1", "--timing-allow-fail", "--seed", str(seed), "--json", "design.json",

@@ -11,7 +11,7 @@ from pathlib import Path
 from ..netlist import Netlist, read_netlist, set_attribute
 
 
-__all__ = ["SITES", "floor_plan", "label_of", "place_labels", "selection_plan"]
+__all__ = ["SITES", "floor_plan", "is_filled", "label_of", "place_labels", "selection_plan"]
 
 
 # Rows of blocks, and the number of rows of logic around each.
@@ -91,10 +91,21 @@ def selection_plan(registers: Mapping[str, tuple[int, int]]) -> dict[str, str]:
 # Shares of used sites above which all blocks are planned, and those of the line store.
 _CROWDED, _FILLED = 0.9, 0.8
 # The lines in front of the arrays, whose pixels enter at label 0.
-_FRONT = re.compile(r"(line_store|shift)\.")
+_FRONT = r"(line_store|shift)\."
 
 
-def floor_plan(names: Iterable[str]) -> dict[str, str]:
+def is_filled(blocks: int) -> bool:
+    """Whether so many memory blocks leave the placer alone too few sites to choose from.
+
+    Examples
+    --------
+    >>> is_filled(166), is_filled(167)
+    (False, True)
+    """
+    return blocks > _FILLED * sum(map(len, SITES.values()))
+
+
+def floor_plan(names: Iterable[str], matcher: str = "") -> dict[str, str]:
     """Sites of the memory blocks of labels: along the rows in alternating direction, more where there is more logic around a row.
 
     The placer finds sites for the others, unless few are left, which would be far apart: then the others are placed first, adjacent in the
@@ -105,6 +116,8 @@ def floor_plan(names: Iterable[str]) -> dict[str, str]:
     ----------
     names : iterable of str
         All memory blocks.
+    matcher : str
+        What names in the matcher begin with, if it is part of a system.
 
     Returns
     -------
@@ -113,10 +126,11 @@ def floor_plan(names: Iterable[str]) -> dict[str, str]:
     """
     places = {row: list(sites) for row, sites in SITES.items()}
     total = sum(map(len, places.values()))
-    labels = {name: label_of(name) for name in names}
+    labels = {name: label_of(name) if name.startswith(matcher) else None for name in names}
     crowded = _CROWDED * total < len(labels) <= total
-    if len(labels) > _FILLED * total:
-        labels |= {name: -1.0 for name in labels if _FRONT.match(name)}
+    if is_filled(len(labels)):
+        front = re.compile(re.escape(matcher) + _FRONT)
+        labels |= {name: -1.0 for name in labels if front.match(name)}
     chain = sorted((label, name) for name, label in labels.items() if label is not None)
     if not chain or len(chain) > total:
         return {}
@@ -165,8 +179,18 @@ def _selection(module: Netlist) -> dict[str, tuple[int, int]]:
     return found[max(found)] if found else {}
 
 
-def place_labels(design: Path, top: str) -> None:
-    """Place the memory blocks of labels and the registers of the selection where the plans say."""
+def place_labels(design: Path, top: str, matcher: str = "") -> None:
+    """Place the memory blocks of labels and the registers of the selection where the plans say.
+
+    Parameters
+    ----------
+    design : Path
+        The netlist, which is changed.
+    top : str
+        Its top module.
+    matcher : str
+        As of :func:`floor_plan`.
+    """
     module = read_netlist(design)[top]
-    blocks = floor_plan(name for name, cell in module.cells.items() if cell.kind == "DP16KD")
+    blocks = floor_plan((name for name, cell in module.cells.items() if cell.kind == "DP16KD"), matcher)
     set_attribute(design, top, "BEL", blocks | selection_plan(_selection(module)))

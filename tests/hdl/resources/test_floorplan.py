@@ -56,6 +56,17 @@ def test_crowded():
     assert set(floor_plan([*chain[:100], *others])) == set(chain[2:100])
 
 
+def test_matcher_in_a_system():
+    """The plan is that of the matcher alone; what is around it has no label, whatever its name."""
+    chain = ["line_store.line_memory.0.0", "shift.ring.0.0", *(f"array.wait_{n}.memory" for n in range(182))]
+    others = [f"core.queue_{n}.memory" for n in range(14)] + ["core.line_store.memory"]
+    plan = floor_plan([*(f"core.matcher.{name}" for name in chain), *others], "core.matcher.")
+    alone = floor_plan([*chain, *(f"x{n}" for n in range(len(others)))])
+    assert len(plan) == 199
+    assert {name: plan[f"core.matcher.{name}"] for name in chain} == {name: alone[name] for name in chain}
+    assert floor_plan(others, "core.matcher.") == {}
+
+
 def test_no_plan():
     assert floor_plan([]) == floor_plan(["engine.queue.storage.0.0"]) == {}
     assert floor_plan(names(120)) == {}  # more blocks than sites
