@@ -1,4 +1,4 @@
-"""Block reads: the chip's reply to a request for a line of a kept picture."""
+"""Blocks: the chip's reply to a request for a line of a kept picture, and the order in which it takes the lines of a pair."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -10,11 +10,12 @@ from ..video.memory_map import WORD_BYTES
 from .protocol import FRAME_BYTES, Operation, Reply, Status, decode_request, encode_block, encode_reply
 
 
-__all__ = ["PLANES", "block_answer", "line_bytes", "stored_line"]
+__all__ = ["PLANES", "SENT_PLANES", "PairLines", "block_answer", "line_bytes", "stored_line"]
 
 
-#: Planes that can be read, in the order of their numbers.
+#: Planes that can be read, and those that the host writes, in the order of their numbers.
 PLANES = ("left", "right", "disparity")
+SENT_PLANES = PLANES[:2]
 
 
 def line_bytes(width: int) -> int:
@@ -61,3 +62,45 @@ def block_answer(planes: Sequence[NDArray[Any]] | None, height: int, frame: byte
     else:
         return encode_reply(Reply(Status.OK, plane, line)) + encode_block(plane, line, stored_line(planes[plane][line]))
     return encode_reply(Reply(status, plane))
+
+
+class PairLines:
+    """Which lines of the host's pair are stored: all before one. So no part of another pair is ever taken for this one's.
+
+    A line is accepted if all before it, of the left picture and then of the right one, are stored; what was stored after it is then not
+    of this pair any more.
+
+    Parameters
+    ----------
+    height : int
+        Lines of a picture.
+
+    Examples
+    --------
+    >>> lines = PairLines(1)
+    >>> lines.accepts(1, 0), lines.accepts(0, 0)
+    (False, True)
+    >>> lines.store(0, 0)
+    >>> lines.store(1, 0)
+    >>> lines.whole
+    True
+    >>> lines.store(0, 0)
+    >>> lines.whole
+    False
+    """
+    def __init__(self, height: int) -> None:
+        self._height = height
+        self._stored = 0
+
+    def accepts(self, plane: int, line: int) -> bool:
+        """Whether this line may be stored."""
+        return plane * self._height + line <= self._stored
+
+    def store(self, plane: int, line: int) -> None:
+        """The line is stored; it must be accepted."""
+        self._stored = plane * self._height + line + 1
+
+    @property
+    def whole(self) -> bool:
+        """Both pictures are stored."""
+        return self._stored == len(SENT_PLANES) * self._height

@@ -1,18 +1,15 @@
 """The register map of the matcher behind a serial line, without cameras: a pair is sent by the host; docs/loop_registers.md is its page."""
 
-import importlib.metadata
-import json
-import zlib
 from collections.abc import Mapping
-from typing import Any
 
 from ..config import METHODS, MatcherConfig
-from .blocks import PLANES
+from .blocks import PLANES, SENT_PLANES
+from .build_id import parameter_digest, release
 from .registers import COUNT_MAX, Kind, Register, RegisterMap, setting_registers
 
 
-__all__ = ["LOOP_BAUD", "LOOP_IDENTITY", "LOOP_PLANES", "LOOP_VERSION", "PICTURE_PLANES", "SENT_PLANES", "loop_register_map",
-           "parameter_digest", "release", "result_bits", "result_bytes", "result_labels"]
+__all__ = ["LOOP_BAUD", "LOOP_IDENTITY", "LOOP_PLANES", "LOOP_VERSION", "PICTURE_PLANES", "loop_register_map", "result_bits",
+           "result_bytes", "result_labels"]
 
 
 #: Value of ``identity``: "SL" in ASCII.
@@ -24,46 +21,12 @@ LOOP_VERSION = 1
 #: Bits a second, unless a board says otherwise.
 LOOP_BAUD = 3_000_000
 
-#: Planes that the host writes, those that have a byte a pixel, and all that can be read, in the order of their numbers. ``result`` is the
-#: matcher's whole word: label, and what else the method gives.
-SENT_PLANES = PLANES[:2]
+#: Planes that have a byte a pixel, and all that can be read, in the order of their numbers. ``result`` is the matcher's whole word: label,
+#: and what else the method gives.
 PICTURE_PLANES = PLANES
 LOOP_PLANES = (*PLANES, "result")
 
 _NO_YES = {0: "no", 1: "yes"}
-
-#: Parameters of methods that change how the gateware computes, and nothing of what it gives.
-_WITHOUT_EFFECT = ("soft_multipliers",)
-
-
-def release(version: str | None = None) -> int:
-    """Version of this project in 16 bits: that of the gateware must be the host's, as the golden model is the host's.
-
-    Examples
-    --------
-    >>> release("0.2.1") == 0 << 12 | 2 << 6 | 1
-    True
-    """
-    major, minor, patch = (version or importlib.metadata.version("stereo-graph-cut")).split(".")[:3]
-    return int(major) % 16 << 12 | int(minor) % 64 << 6 | int(patch) % 64
-
-
-def parameter_digest(config: MatcherConfig) -> int:
-    """32 bits that differ, but for chance, where two builds of a method give different results with the same settings.
-
-    What a host can set does not enter it, nor does what changes no result.
-
-    Examples
-    --------
-    >>> from golden.config import FUSED_1, FUSED_2, changed
-    >>> digests = [parameter_digest(MatcherConfig(method=method)) for method in (FUSED_1, changed(FUSED_1, u1=5, fill=False), FUSED_2)]
-    >>> digests[0] == digests[1] != digests[2]
-    True
-    """
-    bare = config.method.with_settings({name: setting.minimum for name, setting in config.settings.items()})
-    about: dict[str, Any] = {name: value for name, value in bare.about().items() if name not in _WITHOUT_EFFECT}
-    return zlib.crc32(json.dumps([config.method.name, about], sort_keys=True, default=str).encode())
-
 
 def result_labels(config: MatcherConfig) -> int:
     """Values of the lowest field of a result: labels in units of ``1 / config.method.disparity_scale`` pixel."""

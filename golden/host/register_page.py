@@ -15,9 +15,9 @@ from ..pages import digest, origin
 from ..rig.config import RigConfig
 from ..video.frame_rule import Fault
 from ..video.memory_map import MemoryMap
-from .blocks import PLANES, line_bytes
+from .blocks import PLANES, SENT_PLANES, line_bytes
 from .core_registers import WORD_BITS, WORD_BYTES, core_register_map
-from .loop_registers import LOOP_BAUD, LOOP_PLANES, SENT_PLANES, loop_register_map, result_bits
+from .loop_registers import LOOP_BAUD, LOOP_PLANES, loop_register_map, result_bits
 from .protocol import (
     BAUD,
     CRC_BYTES,

@@ -10,10 +10,11 @@ from ..rig.config import MapsInUse, RigConfig
 from ..rig.maps import SUM_BITS, WORD_BITS, word_count
 from ..rig.rectify import ROW_OFFSETS
 from ..video.setup_steps import TFP410, TVP5154, Chip, Failure
+from .build_id import parameter_digest, release
 from .protocol import Operation, Reply, Status, decode_request
 
 
-__all__ = ["COUNT_MAX", "IDENTITY", "SETUPS", "VERSION", "Kind", "Register", "RegisterMap", "access", "answer", "register_map",
+__all__ = ["CLOCK_BITS", "COUNT_MAX", "IDENTITY", "SETUPS", "VERSION", "Kind", "Register", "RegisterMap", "access", "answer", "register_map",
            "setting_registers"]
 
 
@@ -21,7 +22,10 @@ __all__ = ["COUNT_MAX", "IDENTITY", "SETUPS", "VERSION", "Kind", "Register", "Re
 IDENTITY = int.from_bytes(b"SG", "big")
 
 #: Version of this map: incremented whenever a register is added, removed or changes its meaning.
-VERSION = 5
+VERSION = 6
+
+#: Bits of the clocks of a pair: 0.2 s at 75 MHz, five frames.
+CLOCK_BITS = 24
 
 #: Counters hold their greatest value.
 COUNT_MAX = 2**16 - 1
@@ -279,6 +283,7 @@ def register_map(config: MatcherConfig | None = None, height: int = 576, rig: Ri
     config = config or MatcherConfig()
     labels = config.labels
     methods = list(METHODS)
+    digest = parameter_digest(config)
 
     def constant(name: str, address: int, value: int, description: str, unit: str = "", **words: Mapping[int, str]) -> Register:
         return Register(name, address, Kind.CONSTANT, value, description, reset=value, unit=unit, minimum=value, **words)
@@ -295,11 +300,21 @@ def register_map(config: MatcherConfig | None = None, height: int = 576, rig: Ri
         constant("lead", 0x06, config.lead, "columns by which the right picture is ahead: minimum may be as low as minus these", "columns"),
         constant("rectify_lines", 0x07, rig.lines if rig else 0, "that each rectifier holds; 0 without rectification and balance", "lines"),
         constant("method", 0x05, methods.index(config.method.name), "method built in", words=dict(enumerate(methods))),
+        constant("release", 0x0A, release(), "of the project that the gateware was built from"),
+        constant("parameters_high", 0x0B, digest >> 16, "digest of the method's parameters that are built in, upper half"),
+        constant("parameters_low", 0x0C, digest & COUNT_MAX, "lower half"),
         *setting_registers(config),
         setting("show", 0x14, 0, {0: "disparity", 1: "left", 2: "both"}, "which picture the monitor shows"),
         setting("colour", 0x15, 0, {0: "grey", 1: "colour"}, "how disparities are shown"),
         setting("keep", 0x80, 0, _NO_YES, "whether the next pair is kept in memory, for block reads"),
         Register("kept", 0x81, Kind.STATUS, 1, "a pair is kept: block reads find both pictures and the disparities", words=_NO_YES),
+        Register("clocks_high", 0x82, Kind.STATUS, (1 << CLOCK_BITS - 16) - 1, "clocks from the start of the last pair to its disparities "
+                 "in memory, upper half", unit="65536 clocks"),
+        Register("clocks_low", 0x83, Kind.STATUS, COUNT_MAX, "lower half", unit="clocks"),
+        setting("source", 0x84, 0, {0: "cameras", 1: "host"}, "whose pairs are matched and shown"),
+        Register("start_pair", 0x85, Kind.ACTION, 1, "matches the host's pair once; without effect unless source is host and pair_whole "
+                 "is yes", minimum=1),
+        Register("pair_whole", 0x86, Kind.STATUS, 1, "all lines of the host's pair are in memory", words=_NO_YES),
         setting("hold", 0x16, 0, {0: "live", 1: "frozen"}, "whether the picture on the monitor is frozen"),
         Register("clear_counters", 0x20, Kind.ACTION, 1, "sets all counters to 0", minimum=1),
         Register("restart_setup", 0x21, Kind.ACTION, 1, "repeats the set-up of the video chips", minimum=1),

@@ -29,22 +29,22 @@ class System:
         Registers with the width and the height of the pictures in its memory.
     line_bytes : callable
         Bytes of a block, without its CRC, that is a line of so many pixels, a byte each.
-    takes_pairs : bool
-        Whether a host sends it pictures.
+    cameras : bool
+        Whether pictures have the cameras' size, and pairs are theirs unless the host sends its own.
     """
     about: str
     version: int
     registers: Callable[[MatcherConfig, int, int], RegisterMap]
     size: tuple[str, str]
     line_bytes: Callable[[int], int]
-    takes_pairs: bool
+    cameras: bool
 
 
 #: Identity to system.
 SYSTEMS = {
     IDENTITY: System("a system with cameras", VERSION,
                      lambda config, height, lines: register_map(config, height, RigConfig(lines) if lines else None),
-                     ("width", "height"), line_bytes, False),
+                     ("width", "height"), line_bytes, True),
     LOOP_IDENTITY: System("a matcher behind a serial line", LOOP_VERSION, lambda config, height, lines: loop_register_map(config, height),
-                          ("picture_width", "picture_height"), lambda width: width, True),
+                          ("picture_width", "picture_height"), lambda width: width, False),
 }

@@ -37,10 +37,13 @@ class MemoryMap:
         Pixels of a line, lines of a picture.
     buffers : int
         Pictures of each plane: 2, or 3 for a slow matcher, see :func:`golden.video.pairing.buffers_needed`; and one more to keep a pair.
+    host : bool
+        Behind all planes there is a pair more, which the host writes: one more buffer of the cameras' planes, with the highest number.
     """
     width: int = 720
     height: int = 576
     buffers: int = 2
+    host: bool = False
 
     def __post_init__(self) -> None:
         for name, limits in (("width", range(1, 4097)), ("height", range(1, 4097)), ("buffers", range(2, 5))):
@@ -48,7 +51,7 @@ class MemoryMap:
             if not isinstance(value, int) or value not in limits:
                 raise ValueError(f"{name} must be a whole number from {limits[0]} to {limits[-1]}, not {value!r}")
         if self.total_words > 2**ADDRESS_BITS:
-            raise ValueError(f"{len(Plane) * self.buffers} pictures of {self.width}x{self.height} take {self.total_words} words of memory, "
+            raise ValueError(f"{self.pictures} pictures of {self.width}x{self.height} take {self.total_words} words of memory, "
                              f"which has {2**ADDRESS_BITS}: choose a smaller picture or fewer buffers than {self.buffers}")
 
     @property
@@ -67,14 +70,31 @@ class MemoryMap:
         return self.pitch * self.height
 
     @property
+    def frames(self) -> int:
+        """Buffers of each of the cameras' planes, with the host's."""
+        return self.buffers + self.host
+
+    def buffers_of(self, plane: Plane) -> int:
+        """Buffers of a plane."""
+        return self.frames if plane in (Plane.LEFT, Plane.RIGHT) else self.buffers
+
+    @property
+    def pictures(self) -> int:
+        """Number of all pictures."""
+        return len(Plane) * self.buffers + 2 * self.host
+
+    @property
     def total_words(self) -> int:
         """Words of all pictures."""
-        return len(Plane) * self.buffers * self.picture_words
+        return self.pictures * self.picture_words
 
     def line(self, plane: Plane, buffer: int) -> int:
         """Number of the picture's first line, counted in lines from address 0."""
-        if not 0 <= buffer < self.buffers:
-            raise ValueError(f"buffer must be from 0 to {self.buffers - 1}, not {buffer!r}")
+        buffers = self.buffers_of(plane)
+        if not 0 <= buffer < buffers:
+            raise ValueError(f"buffer must be from 0 to {buffers - 1}, not {buffer!r}")
+        if buffer == self.buffers:
+            return (len(Plane) * self.buffers + plane) * self.height
         return (plane * self.buffers + buffer) * self.height
 
     def base(self, plane: Plane, buffer: int) -> int:

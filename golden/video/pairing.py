@@ -16,6 +16,10 @@ let go, so that a slow reader finds three pictures of one moment. If the picture
 the next one that starts is kept in its place. With a buffer more of each kind than :func:`buffers_needed` cameras, matcher and display do
 not notice: those that are not kept are as many as without.
 
+**The host's pair.** While pairs are the host's, frames of the cameras are written as ever and expire without a partner, and no pair of them
+starts. The host's pair has buffers of its own, which no camera fills. It is matched once for each time that this is asked for, as soon as
+no other pair is being read, and a slot is free; it may be kept as any other. Then the cameras' next two frames are a pair again.
+
 **Why** a window of 5/8 of a period: from 1/2 on, every frame of the slower camera has a partner at any phase. The additional eighth is
 hysteresis: once the phase has drifted past it, frames pair the other way round, 3/8 apart, and jitter does not reverse that. A frame waits
 at most 5/8 of a period for its partner, and must then be read before its buffer is needed again: within two periods, less the time in
@@ -60,6 +64,8 @@ class Pairing:
 
     Attributes
     ----------
+    buffers : int
+        Of each camera, and slots; also the number of the host's buffer.
     cameras : tuple of :class:`Camera`
         Left, right.
     pictures : :class:`Pictures`
@@ -71,12 +77,17 @@ class Pairing:
         The pair that is kept, from its start on.
     reading : bool
         A pair is being read.
+    host : bool
+        Pairs are the host's.
+    host_waits, host_reads : bool
+        The host's pair is to be matched; it is the pair that is being read, or was read last.
     pairs : int
         Pairs started.
     """
     def __init__(self, buffers: int, window: int, life: int | None = None) -> None:
         if buffers < 2:
             raise ValueError(f"a frame store has at least 2 buffers for each picture, not {buffers!r}")
+        self.buffers = buffers
         self.window = window
         self.life = LIVES * window if life is None else life
         self.cameras = (Camera(buffers, self.life), Camera(buffers, self.life))
@@ -85,25 +96,31 @@ class Pairing:
         self.kept: Pair | None = None
         self._kept_read = False
         self.reading = False
+        self.host = self.host_waits = self.host_reads = False
         self.read_at = 0
         self.pairs = 0
 
     def decide(self, now: int) -> Pair | None:
         """Start a pair if the state before clock ``now`` allows it."""
         left, right = self.cameras
-        if self.hold or self.reading or left.latest is None or right.latest is None:
-            return None
-        oldest = min(left.latest_began, right.latest_began)
-        if abs(left.latest_began - right.latest_began) > self.window or now - oldest >= self.life:
-            return None
         slot = self.pictures.free()
-        if slot is None:
+        if self.hold or self.reading or slot is None:
             return None
-        pair = Pair(left.latest, right.latest, slot)
-        for camera in self.cameras:
-            camera.reading, camera.latest = camera.latest, None
+        if self.host:
+            if not self.host_waits:
+                return None
+            pair = Pair(self.buffers, self.buffers, slot)
+        else:
+            if left.latest is None or right.latest is None:
+                return None
+            oldest = min(left.latest_began, right.latest_began)
+            if abs(left.latest_began - right.latest_began) > self.window or now - oldest >= self.life:
+                return None
+            pair = Pair(left.latest, right.latest, slot)
+            for camera in self.cameras:
+                camera.reading, camera.latest = camera.latest, None
         self.pictures.start(slot)
-        self.reading = True
+        self.reading, self.host_waits, self.host_reads = True, False, self.host
         self.pairs += 1
         if self.keep and self.kept is None:
             self._set_kept(pair)
@@ -112,7 +129,9 @@ class Pairing:
     def _set_kept(self, pair: Pair | None) -> None:
         self.kept = pair
         left, right = self.cameras
-        left.kept, right.kept, self.pictures.kept = pair or (None, None, None)
+        # No camera fills the host's buffers.
+        left.kept, right.kept = pair[:2] if pair and pair.left < self.buffers else (None, None)
+        self.pictures.kept = pair and pair.slot
         self._kept_read = self.pictures.kept_complete = False
 
     @property
@@ -146,15 +165,15 @@ class Pairing:
         4. frames ``begin``
         5. planes end, then planes ``begin``, the picture may thereby be finished
         6. the display's ``fetch``
-        7. ``hold`` or ``release``, ``keep`` or ``let_go``, which take effect in the next clock, as does it that the picture of a kept pair
-           was abandoned
+        7. ``hold`` or ``release``, ``keep`` or ``let_go``, ``host`` or ``cameras`` as the source of pairs, ``put`` to have the host's
+           matched, which take effect in the next clock, as does it that the picture of a kept pair was abandoned
 
         Parameters
         ----------
         now : int
             One more than in the previous call.
         events : collection of str
-            ``"done"``, ``"fetch"``, ``"hold"``, ``"release"``, ``"keep"``, ``"let_go"``, and ``begin``,
+            ``"done"``, ``"fetch"``, ``"hold"``, ``"release"``, ``"keep"``, ``"let_go"``, ``"host"``, ``"cameras"``, ``"put"``, and ``begin``,
             ``complete``, ``abandoned`` of each writer after its name and a dot: ``"left_camera.begin"``.
 
         Returns
@@ -187,6 +206,9 @@ class Pairing:
             self.hold = "hold" in events
         if "keep" in events or "let_go" in events:
             self.keep = "keep" in events
+        if "host" in events or "cameras" in events:
+            self.host = "host" in events
+        self.host_waits = self.host and (self.host_waits or "put" in events)
         self.settle_kept()
         return pair
 

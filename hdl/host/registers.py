@@ -4,11 +4,14 @@ from amaranth import *
 from amaranth.lib import data, stream, wiring
 from amaranth.lib.wiring import In, Out
 
+from golden.host.blocks import line_bytes
 from golden.host.protocol import BAUD, FRAME_BYTES, FRAME_SECONDS, REPLY_SYNC, REQUEST_SYNC, Operation, Status
 from golden.host.registers import COUNT_MAX, RegisterMap
 
 from ..parts.uart import UartReceiver, UartTransmitter
+from .block_write import BlockWrite
 from .blocks import BlockPort, BlockRead, BlockWritePort, LineByte, LineRequest
+from .pair_lines import PairLines
 from .register_file import AccessPort, RegisterFile, StatusLayout
 
 
@@ -19,12 +22,15 @@ __all__ = ["ByteRegisters", "RequestReader", "SerialRegisters"]
 _ERRORS = "uart_errors"
 _CLEAR = "clear_counters"
 
+# The status that the line knows itself.
+_WHOLE = "pair_whole"
+
 
 class RequestReader(wiring.Component):
     """The protocol of docs/registers.md: requests in, accesses to a register file, replies out.
 
     Golden: :func:`golden.host.registers.answer`; of a block read :func:`golden.host.blocks.block_answer`, with ``block``. With ``writes``
-    :class:`golden.host.loop_device.LoopDevice`.
+    :class:`golden.host.device.SerialDevice`.
 
     A request of six bytes begins with a sync byte; bytes before it are skipped. Its value is read, or written, in one cycle: all 16 bits
     are of the same moment. A request is dropped if its next byte is not received within ``timeout`` cycles, or if ``line_error`` tells that
@@ -292,18 +298,23 @@ class ByteRegisters(wiring.Component):
 
 
 class SerialRegisters(wiring.Component):
-    """The register file with its serial line: receiver, :class:`ByteRegisters`, :class:`hdl.host.blocks.BlockRead`, transmitter.
+    """The register file with its serial line: receiver, :class:`ByteRegisters`, blocks in either direction, transmitter.
 
-    Golden: :func:`golden.host.registers.answer` and :func:`golden.host.blocks.block_answer`, encoded as in :mod:`golden.host.protocol`.
+    Golden: :class:`golden.host.camera_device.CameraDevice`.
 
-    Timing: a request and its reply take 120 bits, 1.04 ms at 115,200 baud, and a block read
-    :func:`golden.host.protocol.block_bits`. A byte received while a reply is sent waits in the receiver; a
+    Lines of the host's pair are accepted in their order (:class:`hdl.host.pair_lines.PairLines`) while ``source`` is the host and ``keep``
+    is not set; ``start_pair`` has effect once all of them are stored.
+
+    Timing: a request and its reply take 120 bits, 1.04 ms at 115,200 baud, a block, read or written,
+    :func:`golden.host.protocol.block_bits`. A byte received while a reply is sent, or a line is stored, waits in the receiver; a
     second one is lost and counted.
+
+    Memory: a line.
 
     Parameters
     ----------
     registers : RegisterMap
-        ``width`` and ``height`` determine the lines of block reads; the status ``kept`` tells that they are possible.
+        ``width`` and ``height`` determine the lines of blocks; the status ``kept`` tells that they can be read.
     clock_hz, baud : int
         As of :class:`hdl.parts.uart.UartReceiver`.
     frame_seconds : float
@@ -313,25 +324,45 @@ class SerialRegisters(wiring.Component):
     -------
     rx : In(1), tx : Out(1)
         The pins.
-    settings, actions, status
+    settings, actions
         As of :class:`ByteRegisters`.
+    status
+        As of :class:`ByteRegisters`, without ``pair_whole``.
     line : Out(stream.Signature(LineRequest()))
         A line of the kept pictures is wanted.
     byte : In(stream.Signature(LineByte()))
         Its bytes.
+    put : Out(stream.Signature(LineByte()))
+        Bytes of a line of the host's pair.
+    put_plane : Out(1), put_line : Out(16)
+        Which line that is; hold from the cycle before its first byte to the last one.
+    putting : In(1)
+        The host's pair is being read, or will be: no line of it is accepted.
+    start_pair : Out(1)
+        One cycle: the host's pair, which is whole, is to be matched.
     """
     def __init__(self, registers: RegisterMap, clock_hz: int, baud: int = BAUD, *, frame_seconds: float = FRAME_SECONDS):
+        height = registers["height"].reset
+        self.length = line_bytes(registers["width"].reset)
         self.receiver = UartReceiver(clock_hz, baud)
-        self.register_file = ByteRegisters(registers, round(clock_hz * frame_seconds))
-        self.block_read = BlockRead(registers["height"].reset)
+        self.register_file = ByteRegisters(registers, round(clock_hz * frame_seconds), writes=True)
+        self.block_read = BlockRead(height)
+        self.block_write = BlockWrite(self.length, height)
+        self.pair_lines = PairLines(height)
         self.transmitter = UartTransmitter(clock_hz, baud)
         members = self.register_file.signature.members
         super().__init__({
             "rx": In(1, init=1),
             "tx": Out(1, init=1),
-            **{name: members[name] for name in ("settings", "actions", "status")},
+            **{name: members[name] for name in ("settings", "actions")},
+            "status": In(StatusLayout(registers, [_ERRORS, _WHOLE])),
             "line": Out(stream.Signature(LineRequest())),
             "byte": In(stream.Signature(LineByte())),
+            "put": Out(stream.Signature(LineByte())),
+            "put_plane": Out(1),
+            "put_line": Out(16),
+            "putting": In(1),
+            "start_pair": Out(1),
         })
 
     def elaborate(self, platform: object) -> Module:
@@ -340,7 +371,11 @@ class SerialRegisters(wiring.Component):
         m.submodules.register_file = register_file = self.register_file
         m.submodules.transmitter = transmitter = self.transmitter
         m.submodules.block_read = block_read = self.block_read
+        m.submodules.block_write = block_write = self.block_write
+        m.submodules.pair_lines = pair_lines = self.pair_lines
         wiring.connect(m, receiver.o, register_file.i)
+        wiring.connect(m, register_file.put, block_write.port)
+        wiring.connect(m, block_write.o, wiring.flipped(self.put))
         wiring.connect(m, register_file.block, block_read.port)
         wiring.connect(m, block_read.request, wiring.flipped(self.line))
         wiring.connect(m, wiring.flipped(self.byte), block_read.i)
@@ -348,7 +383,15 @@ class SerialRegisters(wiring.Component):
         m.d.comb += [
             receiver.rx.eq(self.rx), self.tx.eq(transmitter.tx),
             register_file.line_error.eq(receiver.framing_error | receiver.overrun),
-            self.settings.eq(register_file.settings), self.actions.eq(register_file.actions), register_file.status.eq(self.status),
-            block_read.kept.eq(self.status.kept),
+            self.settings.eq(register_file.settings), self.actions.eq(register_file.actions),
+            *(register_file.status[name].eq(self.status[name]) for name in self.status.shape().members),
+            register_file.status[_WHOLE].eq(pair_lines.whole), block_read.kept.eq(self.status.kept),
+        ]
+        port, settings = register_file.put, register_file.settings
+        m.d.comb += [
+            block_write.length.eq(self.length), self.put_plane.eq(port.plane), self.put_line.eq(port.line),
+            pair_lines.plane.eq(port.plane), pair_lines.line.eq(port.line), pair_lines.stored.eq(port.done & port.good),
+            block_write.refuse.eq(settings.keep | ~settings.source | self.putting | ~pair_lines.accepts),
+            self.start_pair.eq(register_file.actions.start_pair & pair_lines.whole),
         ]
         return m

@@ -6,13 +6,14 @@ from amaranth.lib.wiring import In, Out
 
 from golden.host.loop_registers import LOOP_PLANES, loop_register_map
 
+from ..host.block_write import BlockWrite
 from ..host.blocks import BlockRead
 from ..host.registers import ByteRegisters
 from ..matcher.matcher import Matcher
 from ..matcher.settings import minimum_shape
 from ..parts.counters import count_events
 from .pair_read import PairScan
-from .receive import BlockWrite
+from .receive import LinePlacer
 from .results import LineSource, ResultWriter
 from .words import Stores, pass_on
 
@@ -30,7 +31,7 @@ class LoopCore(wiring.Component):
     or started.
 
     Timing: from ``start`` to the last result there are at most :meth:`pair_clocks` cycles, which ``clocks_high`` and ``clocks_low`` count.
-    Requests as of :class:`hdl.host.registers.RequestReader`, blocks as of :class:`hdl.loop.receive.BlockWrite` and
+    Requests as of :class:`hdl.host.registers.RequestReader`, blocks as of :class:`hdl.host.block_write.BlockWrite` and
     :class:`hdl.host.blocks.BlockRead`.
 
     Parameters
@@ -59,6 +60,7 @@ class LoopCore(wiring.Component):
         self.register_file = ByteRegisters(self.registers, timeout, writes=True)
         self.block_read = BlockRead(height, planes=len(LOOP_PLANES))
         self.block_write = BlockWrite(width, height)
+        self.placer = LinePlacer(width, height)
         self.matcher = Matcher(config)
         self.scan = PairScan(config, height, stores.ahead)
         self.writer = ResultWriter(config, height)
@@ -79,6 +81,7 @@ class LoopCore(wiring.Component):
         m.submodules.register_file = register_file = self.register_file
         m.submodules.block_read = block_read = self.block_read
         m.submodules.block_write = block_write = self.block_write
+        m.submodules.placer = placer = self.placer
         m.submodules.source = source = self.source
         m.submodules.scan = scan = self.scan
         m.submodules.matcher = matcher = self.matcher
@@ -93,7 +96,8 @@ class LoopCore(wiring.Component):
         wiring.connect(m, source.o, block_read.i)
         wiring.connect(m, scan.o, matcher.i)
         wiring.connect(m, matcher.o, writer.i)
-        wiring.connect(m, block_write.o, stores.write)
+        wiring.connect(m, block_write.o, placer.i)
+        wiring.connect(m, placer.o, stores.write)
         wiring.connect(m, scan.read, stores.scan)
         wiring.connect(m, source.read, stores.read)
         wiring.connect(m, writer.o, stores.results)
@@ -129,7 +133,8 @@ class LoopCore(wiring.Component):
             *(each.start.eq(scanning) for each in (scan, writer)),
             *(each.width.eq(width) for each in (scan, writer)), *(each.lines.eq(lines) for each in (scan, writer)),
             writer.minimum.eq(minimum), block_read.kept.eq(kept),
-            block_write.refuse.eq(busy | settings.keep), block_write.width.eq(settings.picture_width),
+            block_write.refuse.eq(busy | settings.keep), block_write.length.eq(settings.picture_width),
+            placer.plane.eq(register_file.put.plane), placer.line.eq(register_file.put.line),
             source.width.eq(settings.picture_width), stores.busy.eq(busy),
             status.matcher_error.eq(matcher.error), Cat(status.clocks_low, status.clocks_high).eq(clocks),
         ]

@@ -5,7 +5,8 @@ from amaranth.lib import stream, wiring
 from amaranth.lib.wiring import In, Out
 
 from golden.config import MatcherConfig
-from golden.host.loop_registers import LOOP_PLANES, PICTURE_PLANES, SENT_PLANES, result_bytes
+from golden.host.blocks import SENT_PLANES
+from golden.host.loop_registers import LOOP_PLANES, PICTURE_PLANES, result_bytes
 
 from ..host.blocks import LineByte, LineRequest
 from ..matcher.settings import minimum_shape

@@ -6,7 +6,7 @@ from amaranth.lib.memory import Memory
 from amaranth.lib.wiring import In, Out
 
 from golden.config import PIXEL_BITS, MatcherConfig
-from golden.host.loop_registers import SENT_PLANES
+from golden.host.blocks import SENT_PLANES
 
 from ..parts.delay import NO_COLLISION
 from .words import FLAG_BITS, StoredResult, Stores, shown_known, shown_label

@@ -8,7 +8,8 @@ from amaranth.lib import data, stream, wiring
 from amaranth.lib.wiring import In, Member, Out, Signature
 
 from golden.config import PIXEL_BITS, MatcherConfig
-from golden.host.loop_registers import SENT_PLANES, result_bits
+from golden.host.blocks import SENT_PLANES
+from golden.host.loop_registers import result_bits
 
 from ..matcher.stream import FLAGS
 

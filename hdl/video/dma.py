@@ -21,7 +21,7 @@ def line_number(memory_map: MemoryMap, plane: Plane, buffer: Value) -> Value:
     """Number in memory of a plane's first line, for a buffer given by a signal; combinational."""
     value = Signal(range(memory_map.total_words // memory_map.pitch))
     choice = C(memory_map.line(plane, 0), value.shape())
-    for number in range(1, memory_map.buffers):
+    for number in range(1, memory_map.buffers_of(plane)):
         choice = Mux(buffer == number, memory_map.line(plane, number), choice)
     return choice
 

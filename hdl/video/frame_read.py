@@ -34,7 +34,7 @@ class _PlanePairReader(wiring.Component):
     -------
     start, stop : In(1)
         Read the pictures; read no more.
-    buffer : In(range(memory_map.buffers)).array(2)
+    buffer : In(range(buffers of the planes)).array(2)
         Sampled with ``start``.
     row_offset : In(signed(8))
         Likewise.
@@ -54,7 +54,7 @@ class _PlanePairReader(wiring.Component):
         super().__init__({
             "start": In(1),
             "stop": In(1),
-            "buffer": In(range(memory_map.buffers)).array(2),
+            "buffer": In(range(max(map(memory_map.buffers_of, planes)))).array(2),
             **({"row_offset": In(ROWS)} if moves else {}),
             "o": Out(stream.Signature(PlanePair())),
             "port": Out(ReadPort(burst)),
@@ -223,7 +223,7 @@ class PairReader(_Reader):
 
     Members
     -------
-    control : Out(PairRead(memory_map.buffers))
+    control : Out(PairRead(memory_map.frames))
         When a pair is read, and from where; the buffers are sampled with ``start``.
     row_offset : In(signed(8))
         With ``moves``; sampled with ``start``: line ``y`` of the right picture is the camera's ``y + row_offset``, as
@@ -236,7 +236,7 @@ class PairReader(_Reader):
     """
     def __init__(self, memory_map: MemoryMap, *, burst: int = 16, depth: int = 64, moves: bool = False):
         super().__init__(memory_map, (Plane.LEFT, Plane.RIGHT), {
-            "control": Out(PairRead(memory_map.buffers)),
+            "control": Out(PairRead(memory_map.frames)),
             **({"row_offset": In(ROWS)} if moves else {}),
             "o": Out(stream.Signature(PixelPair())),
         }, cuts=False, burst=burst, depth=depth, moves=moves)

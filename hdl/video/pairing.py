@@ -26,14 +26,18 @@ class BufferControl(wiring.Component):
     be read from memory. A pair whose picture is abandoned is let go, and the next one is kept instead. So that no frame is skipped
     meanwhile, there must be a buffer more of each kind.
 
+    While ``host`` is high, no pair of the cameras starts, and their frames expire. The host's pair, whose two buffers are none of the
+    cameras', starts once for each ``put``, as soon as no pair is being read and a slot is free.
+
     Timing: a pair starts 2 cycles after the event that made it possible: one to decide, and ``start`` is registered. A setting sampled
-    at ``start`` applies to the whole pair. ``hold`` and ``keep`` take effect in the next cycle.
+    at ``start`` applies to the whole pair. ``hold``, ``keep``, ``host`` and ``put`` take effect in the next cycle.
     ``kept`` and the numbers of its buffers are registers.
 
     Parameters
     ----------
     buffers : int
-        For each of the four kinds of pictures, from 2; :func:`golden.video.pairing.buffers_needed`, and one more to keep a pair.
+        For each of the four kinds of pictures, from 2; :func:`golden.video.pairing.buffers_needed`, and one more to keep a pair. Also the
+        number of the host's buffer.
     window_clocks : int
         Greatest number of cycles between the beginnings of a pair's frames.
     life_clocks : int
@@ -45,7 +49,7 @@ class BufferControl(wiring.Component):
         Frames.
     disparity_plane, left_plane : In(Writing(buffers))
         Planes of the shown pictures.
-    reader : In(PairRead(buffers))
+    reader : In(PairRead(buffers + 1))
     display : In(Fetch(buffers))
     hold : In(1)
         No new pair starts; the shown picture freezes.
@@ -53,8 +57,14 @@ class BufferControl(wiring.Component):
         The next pair is kept, until this falls.
     kept : Out(1)
         A pair is kept, has been read, and its picture is complete.
-    kept_left, kept_right, kept_slot : Out(range(buffers))
+    kept_left, kept_right : Out(range(buffers + 1)), kept_slot : Out(range(buffers))
         Its buffers and its slot; hold while ``kept``.
+    host : In(1)
+        Pairs are the host's.
+    put : In(1)
+        One cycle: the host's pair is to be matched; without effect unless ``host``, or while one waits.
+    putting : Out(1)
+        The host's pair waits, or is being read: its buffers must not be written.
     clear : In(1)
         Sets the counters to zero, or to one if they count in this cycle.
     pairs : Out(16)
@@ -83,12 +93,15 @@ class BufferControl(wiring.Component):
             "right_camera": In(Writing(buffers)),
             "disparity_plane": In(Writing(buffers)),
             "left_plane": In(Writing(buffers)),
-            "reader": In(PairRead(buffers)),
+            "reader": In(PairRead(buffers + 1)),
             "display": In(Fetch(buffers)),
             "hold": In(1),
             "keep": In(1),
             "kept": Out(1),
-            **dict.fromkeys(("kept_left", "kept_right", "kept_slot"), Out(range(buffers))),
+            **dict.fromkeys(("kept_left", "kept_right"), Out(range(buffers + 1))),
+            "kept_slot": Out(range(buffers)),
+            **dict.fromkeys(("host", "put"), In(1)),
+            "putting": Out(1),
             "clear": In(1),
             **{name: Out(16) for name in self.COUNTERS},
         })
@@ -109,10 +122,14 @@ class BufferControl(wiring.Component):
         start   = Signal()
         done    = Signal()
         near    = Signal()
-        m.d.sync += hold.eq(self.hold)
+        host    = Signal()
+        waits   = Signal()      # the host's pair
+        hosted  = Signal()      # the pair that is being read is the host's
+        m.d.sync += [hold.eq(self.hold), host.eq(self.host)]
         m.d.comb += [
             near.eq((left.age <= right.age + self.window_clocks) & (right.age <= left.age + self.window_clocks)),
-            start.eq(left.available & right.available & near & slots.free & ~reading & ~hold),
+            start.eq(Mux(host, waits, left.available & right.available & near) & slots.free & ~reading & ~hold),
+            self.putting.eq(waits | (reading & hosted)),
             done.eq(reading & self.reader.done),
             slots.start.eq(start), slots.reading.eq(reading), slots.done.eq(done),
         ]
@@ -120,9 +137,13 @@ class BufferControl(wiring.Component):
         with m.If(done):
             m.d.sync += reading.eq(0)
         with m.If(start):
-            m.d.sync += reading.eq(1)
+            m.d.sync += [reading.eq(1), hosted.eq(host)]
+        m.d.sync += waits.eq(self.host & (self.put | (waits & ~start)))
         for camera, buffer in ((left, self.reader.left_buffer), (right, self.reader.right_buffer)):
-            m.d.comb += [camera.take.eq(start), camera.locked.eq(reading & ~done), buffer.eq(camera.reading)]
+            m.d.comb += [
+                camera.take.eq(start & ~host), camera.locked.eq(reading & ~done & ~hosted),
+                buffer.eq(Mux(hosted, self.buffers, camera.reading)),
+            ]
 
         # A kept pair: from its start on; has been read; its picture is complete.
         keep     = Signal()
@@ -131,19 +152,23 @@ class BufferControl(wiring.Component):
         complete = Signal()
         to_keep  = Signal()     # the pair that starts in this cycle is kept
         let_go   = Signal()
+        of_host  = Signal()     # the pair that is kept is the host's
         m.d.comb += [
             to_keep.eq(start & keep & ~held),
             let_go.eq(~self.keep | (held & ~complete & slots.abandoned)),
             self.kept.eq(read & complete),
-            self.kept_left.eq(left.kept), self.kept_right.eq(right.kept), self.kept_slot.eq(slots.kept),
+            self.kept_left.eq(Mux(of_host, self.buffers, left.kept)), self.kept_right.eq(Mux(of_host, self.buffers, right.kept)),
+            self.kept_slot.eq(slots.kept), slots.keep.eq(to_keep), slots.held.eq(held),
         ]
         m.d.sync += keep.eq(self.keep)
         with m.If(let_go):
             m.d.sync += [held.eq(0), read.eq(0), complete.eq(0)]
         with m.Else():
             m.d.sync += [held.eq(held | to_keep), read.eq(held & (read | done)), complete.eq(held & (complete | slots.complete))]
-        for part in (left, right, slots):
-            m.d.comb += [part.keep.eq(to_keep), part.held.eq(held)]
+        with m.If(to_keep):
+            m.d.sync += of_host.eq(host)
+        for camera in (left, right):
+            m.d.comb += [camera.keep.eq(to_keep & ~host), camera.held.eq(held & ~of_host)]
 
         # The counters are a cycle late: the events that they count are at the end of long paths.
         events = (start, left.skipped, right.skipped, left.unpaired, right.unpaired, slots.dropped, slots.abandoned)

@@ -8,7 +8,7 @@ from amaranth.lib.wiring import In, Out
 
 from golden.config import MatcherConfig
 from golden.host.protocol import BAUD, FRAME_SECONDS
-from golden.host.registers import SETUPS, register_map
+from golden.host.registers import CLOCK_BITS, SETUPS, register_map
 from golden.rig.config import RigConfig
 from golden.video.bandwidth import Budget, MemoryTiming
 from golden.video.formats import PAL, CameraFormat, DisplayFormat
@@ -25,7 +25,7 @@ from .buttons import Button
 from .dvi import DisplayOutput
 from .frame_read import PairReader, PictureReader
 from .frame_write import FrameWriter, PictureWriter
-from .line_read import LineReader
+from .line_access import LineAccess
 from .pair_rig import PairRig
 from .pairing import BufferControl
 from .ports import SystemPorts
@@ -136,7 +136,7 @@ class StereoSystem(wiring.Component):
         reading_seconds = frame_clocks / clock_hz
         buffers = buffers_needed(reading_seconds, camera.frame_seconds, window) if reading_seconds < camera.frame_seconds else 3
         # One more, for the pair that is kept for the host.
-        self.memory_map = memory_map = MemoryMap(camera.width, camera.height, buffers + 1)
+        self.memory_map = memory_map = MemoryMap(camera.width, camera.height, buffers + 1, host=True)
         self.budget = budget = Budget(memory_map, camera, display, timing, matcher_clocks=frame_clocks / pixels, window=window, kept=1)
         budget.check()
         burst = budget.burst
@@ -153,8 +153,9 @@ class StereoSystem(wiring.Component):
         self.pair_reader = PairReader(memory_map, burst=burst, depth=self.depths["pair"], moves=bool(rig))
         self.picture_reader = PictureReader(memory_map, config, burst=burst, depth=self.depths["display"])
         self.display = DisplayOutput(config, display, camera.width, camera.height)
-        self.line_reader = LineReader(memory_map, burst=burst)
-        self.arbiter = Arbiter(4, 3, burst=burst)
+        self.line_access = LineAccess(memory_map, burst=burst)
+        # Two ports are the line access's, of which one waits at a time: as a master it counts once.
+        self.arbiter = Arbiter(5, 3, burst=burst)
         self.control = BufferControl(memory_map.buffers, round(window * camera.frame_seconds * clock_hz))
         self.setup_hz = setup_hz or clock_hz
         self.setups = {role: ChipSetup(chip, self.setup_hz, bus_hz) for role, chip in SETUPS.items()}
@@ -257,15 +258,26 @@ class StereoSystem(wiring.Component):
             *(getattr(self, name).eq(getattr(display, name)) for name in ("red", "green", "blue", "de", "hsync", "vsync")),
         ]
 
-        # Lines of a kept pair to the host.
-        m.submodules.line_reader = line_reader = self.line_reader
-        wiring.connect(m, line_reader.port, next(pairs))
-        wiring.connect(m, serial.line, line_reader.i)
-        wiring.connect(m, line_reader.o, serial.byte)
+        # Lines of a kept pair to the host, and lines of its own pair from it.
+        m.submodules.line_access = line_access = self.line_access
+        wiring.connect(m, line_access.read, next(pairs))
+        wiring.connect(m, line_access.write, next(ports))
+        wiring.connect(m, serial.line, line_access.i)
+        wiring.connect(m, line_access.o, serial.byte)
+        wiring.connect(m, serial.put, line_access.put)
         m.d.comb += [
             control.keep.eq(settings.keep), status.kept.eq(control.kept),
-            *(to.eq(buffer) for to, buffer in zip(line_reader.buffer, (control.kept_left, control.kept_right, control.kept_slot))),
+            line_access.left.eq(control.kept_left), line_access.right.eq(control.kept_right), line_access.slot.eq(control.kept_slot),
+            line_access.put_plane.eq(serial.put_plane), line_access.put_line.eq(serial.put_line),
+            control.host.eq(settings.source), control.put.eq(serial.start_pair), serial.putting.eq(control.putting),
         ]
+        clocks   = Signal(CLOCK_BITS, reset_less=True)  # from the start of a pair to its last disparity in memory
+        counting = Signal()
+        m.d.comb += Cat(status.clocks_low, status.clocks_high).eq(clocks)
+        with m.If(start):
+            m.d.sync += [clocks.eq(1), counting.eq(1)]
+        with m.Elif(counting):
+            m.d.sync += [clocks.eq(clocks + 1), counting.eq(~disparity_writer.control.complete)]
 
         # Chips.
         for (role, setup), bus in zip(self.setups.items(), ("decoder", "dvi")):

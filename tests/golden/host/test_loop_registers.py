@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from golden.config import FUSED_1, FUSED_2, METHODS, RECURSIVE_1, RECURSIVE_2, MatcherConfig, OnePass, changed
+from golden.host.build_id import parameter_digest, release
 from golden.host.loop_device import LoopDevice, packed_result, plane_bytes, unpacked_result
-from golden.host.loop_registers import loop_register_map, parameter_digest, release, result_bytes
+from golden.host.loop_registers import loop_register_map, result_bytes
 from golden.host.protocol import Operation, Reply, Request, Status, crc, encode_block, encode_reply, encode_request
 from golden.host.register_page import LOOP_CONFIG, loop_page, main
 from golden.host.registers import register_map

@@ -112,9 +112,9 @@ def test_values_follow_the_configuration():
         256, 4096, 2000, 1, 2, 63, 256]
     assert [registers[name].width for name in ("u1", "in_use", "show", "colour", "pairs")] == [6, 9, 2, 1, 16]
     assert (registers["in_use"].minimum, registers["in_use"].maximum) == (1, 256)
-    assert [register.reset for register in REGISTERS.of(Kind.SETTING)] == [15, 10, 5, 80, 0, 0, 0, 0]
+    assert [register.reset for register in REGISTERS.of(Kind.SETTING)] == [15, 10, 5, 80, 0, 0, 0, 0, 0]
     fused = register_map(MatcherConfig(minimum=7, method=changed(FUSED_1, fill=False)))
-    assert [register.reset for register in fused.of(Kind.SETTING)] == [17, 30, 22, 80, 0, 0, 0, 7, 1, 0, 1, 0]
+    assert [register.reset for register in fused.of(Kind.SETTING)] == [17, 30, 22, 80, 0, 0, 0, 7, 1, 0, 1, 0, 0]
     assert [registers["method"].text(registers["method"].reset), fused["method"].text(fused["method"].reset)] == ["thesis", "fused"]
     assert registers["identity"].reset.to_bytes(2, "big") == b"SG"
 
@@ -179,7 +179,7 @@ def test_kinds():
 
 def test_limits():
     assert [REGISTERS[name].limits for name in ("show", "in_use", "version", "decoder_state", "transmitter_step")] == [
-        "0 disparity, 1 left, 2 both", "1 .. 80", "5", "0 busy, 1 done, 2 failed", f"0 .. {len(TFP410.steps) - 1}"]
+        "0 disparity, 1 left, 2 both", "1 .. 80", "6", "0 busy, 1 done, 2 failed", f"0 .. {len(TFP410.steps) - 1}"]
 
 
 @pytest.mark.parametrize("name, value, text", [

@@ -1,5 +1,5 @@
 # amaranth: UnusedElaboratable=no
-"""hdl.host.blocks and hdl.video.line_read: block reads byte by byte, from a strict memory, through the register file."""
+"""hdl.host.blocks and hdl.video.line_access: block reads byte by byte, from a strict memory, through the register file."""
 
 import numpy as np
 import pytest
@@ -27,7 +27,7 @@ from golden.video.memory_map import MemoryMap, Plane
 from hdl.host.blocks import BlockRead, crc_step
 from hdl.host.registers import ByteRegisters
 from hdl.video.arbiter import Arbiter
-from hdl.video.line_read import LineReader
+from hdl.video.line_access import LineAccess
 from sim.kit.cases import noise
 from sim.kit.streams import check_rules, receive, send
 from sim.models.ddr2 import Ddr2Timing, LocalMemory, serve
@@ -64,7 +64,7 @@ class System:
     BUFFERS = (0, 1, 2)
 
     def __init__(self, width, height, *, seed=1, busy=0.5):
-        self.memory_map = MemoryMap(width, height, 3)
+        self.memory_map = MemoryMap(width, height, 3, host=True)
         self.memory = LocalMemory(self.memory_map.total_words, timing=Ddr2Timing(busy=busy, refresh=(150, 30)), seed=seed)
         self.planes = []
         for plane in (Plane.LEFT, Plane.RIGHT, Plane.DISPARITY):
@@ -77,7 +77,7 @@ class System:
         self.registers = register_map(MatcherConfig(max_width=max(width, 16), method=OnePass()), height)
         self.file = ByteRegisters(self.registers, 50)
         self.read = BlockRead(height)
-        self.reader = LineReader(self.memory_map, burst=4)
+        self.reader = LineAccess(self.memory_map, burst=4)
         self.arbiter = Arbiter(1, 2, burst=4)
 
     def run(self, *testbenches):
@@ -86,14 +86,14 @@ class System:
         wiring.connect(m, self.file.block, self.read.port)
         wiring.connect(m, self.read.request, self.reader.i)
         wiring.connect(m, self.reader.o, self.read.i)
-        wiring.connect(m, self.reader.port, self.arbiter.read[1])
-        m.d.comb += [chosen.eq(buffer) for chosen, buffer in zip(self.reader.buffer, self.BUFFERS)]
+        wiring.connect(m, self.reader.read, self.arbiter.read[1])
+        m.d.comb += [chosen.eq(buffer) for chosen, buffer in zip((self.reader.left, self.reader.right, self.reader.slot), self.BUFFERS)]
         simulator = Simulator(m)
         simulator.add_clock(1e-6)
         for testbench in testbenches:
             simulator.add_testbench(testbench)
         simulator.add_process(serve(self.arbiter.bus, self.memory))
-        for stream in (self.file.o, self.read.request, self.reader.o, self.reader.port.request):
+        for stream in (self.file.o, self.read.request, self.reader.o, self.reader.read.request):
             simulator.add_testbench(check_rules(stream, []), background=True)
         simulator.run()
 

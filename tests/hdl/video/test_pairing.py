@@ -13,10 +13,10 @@ from hdl.video.pairing import BufferControl
 
 
 WRITERS = (*CAMERAS, *PLANES)
-INPUTS = ("reader.done", "display.fetch", "hold", "keep", "clear",
+INPUTS = ("reader.done", "display.fetch", "hold", "keep", "clear", "host", "put",
           *(f"{writer}.{event}" for writer in WRITERS for event in ("begin", "complete", "abandoned")))
 BITS = {name: 1 << place for place, name in enumerate(INPUTS)}
-EVENTS = [name for name in INPUTS if name not in ("hold", "keep", "clear")]
+EVENTS = [name for name in INPUTS if name not in ("hold", "keep", "clear", "host", "put")]
 
 
 class Reference:
@@ -42,6 +42,7 @@ class Reference:
         self.shown = self.counts()
         events = {name.removeprefix("reader.").removeprefix("display.") for name in names}
         levels = {"hold" if "hold" in names else "release", "keep" if "keep" in names else "let_go"}
+        levels |= {"host" if "host" in names else "cameras"}
         self.started = self.rule.clock(self.now, events | levels)
         self.now += 1
 
@@ -49,7 +50,9 @@ class Reference:
         """Of each output its value, ``None`` if it may have any."""
         rule = self.rule
         pictures = rule.pictures
-        values = [self.started is not None, *(camera.reading for camera in rule.cameras), pictures.shown is not None, pictures.shown]
+        read = [rule.buffers] * 2 if rule.reading and rule.host_reads else [camera.reading for camera in rule.cameras]
+        values = [self.started is not None, *read, rule.host_waits or (rule.reading and rule.host_reads), pictures.shown is not None,
+                  pictures.shown]
         for camera in rule.cameras:
             values += [camera.filling is not None, camera.filling]
         for plane in pictures.planes:
@@ -62,7 +65,7 @@ class Reference:
 
 def outputs(dut):
     reader, display = dut.reader, dut.display
-    values = [reader.start, reader.left_buffer, reader.right_buffer, display.shown_valid, display.shown_buffer]
+    values = [reader.start, reader.left_buffer, reader.right_buffer, dut.putting, display.shown_valid, display.shown_buffer]
     for writer in WRITERS:
         values += [getattr(dut, writer).accept, getattr(dut, writer).buffer]
     return values + [getattr(dut, name) for name in ("kept", "kept_left", "kept_right", "kept_slot", *BufferControl.COUNTERS)]
@@ -102,30 +105,31 @@ def compare(dut, cycles):
     return reference
 
 
-def kept_now_and_then(cycles, mean):
-    """With ``keep`` as well, which changes every ``mean`` cycles on average."""
+def of_a_host(cycles, mean, puts=0.0):
+    """With ``keep`` as well, which changes every ``mean`` cycles on average, and ``host``, every 4 times as many, if there are ``puts``."""
     rng = random.Random(2)
-    keep = False
+    levels = {"keep": False, "host": False}
 
-    def with_keep(names):
-        nonlocal keep
-        keep ^= rng.random() < 1 / mean
-        added = {"keep"} if keep else set()
+    def with_host(names):
+        levels["keep"] ^= rng.random() < 1 / mean
+        levels["host"] ^= puts > 0 and rng.random() < 1 / (4 * mean)
+        added = {name for name, level in levels.items() if level} | ({"put"} if rng.random() < puts else set())
         return (lambda reference: names(reference) | added) if callable(names) else names | added
 
-    return [with_keep(names) for names in cycles]
+    return [with_host(names) for names in cycles]
 
 
+@pytest.mark.parametrize("puts", [0.0, 0.1])
 @pytest.mark.parametrize("buffers, window, life, chance", [
     (2, 2, 5, 0.3), (2, 6, None, 0.12), (2, 14, 15, 0.08), (3, 5, None, 0.15), (3, 1, 3, 0.4), (5, 7, 40, 0.1),
 ])
-def test_random(buffers, window, life, chance):
+def test_random(buffers, window, life, chance, puts):
     """Every event at any time, whether it makes sense or not."""
     rng = random.Random(1)
     names = [*EVENTS, "hold", "clear"]
     weights = {"hold": 0.2, "clear": 0.02, **{name: 0.3 for name in EVENTS if name.endswith("abandoned")}}
     cycles = [{name for name in names if rng.random() < chance * weights.get(name, 1.0)} for _ in range(3000)]
-    reference = compare(BufferControl(buffers, window, life), kept_now_and_then(cycles, 60))
+    reference = compare(BufferControl(buffers, window, life), of_a_host(cycles, 60, puts))
     assert reference.rule.pairs > 10 and min(camera.unpaired for camera in reference.rule.cameras) > 50
 
 
@@ -170,17 +174,18 @@ class World:
         return names
 
 
+@pytest.mark.parametrize("puts", [0.0, 0.02])
 @pytest.mark.parametrize("buffers, period, reading, fetch, trouble", [
     (2, 16, 5, 7, 0.0), (2, 16, 14, 7, 0.1), (3, 16, 14, 7, 0.1), (3, 24, 22, 50, 0.05), (4, 16, 40, 30, 0.2),
 ])
-def test_plausible(buffers, period, reading, fetch, trouble):
+def test_plausible(buffers, period, reading, fetch, trouble, puts):
     """Components that keep the contract, with jitter, frames abandoned, cameras lost, pictures that go missing."""
     world = World(1, period, reading, fetch, trouble=trouble)
-    reference = compare(BufferControl(buffers, 5 * period // 8), kept_now_and_then([world] * 3000, 5 * period))
+    reference = compare(BufferControl(buffers, 5 * period // 8), of_a_host([world] * 3000, 5 * period, puts))
     pictures = reference.rule.pictures
     assert reference.rule.pairs > 40
     assert (pictures.abandoned > 0) == (trouble > 0)
-    assert (pictures.dropped > 0) == (fetch == 50)
+    assert puts or (pictures.dropped > 0) == (fetch == 50)
 
 
 def test_every_combination_of_inputs():
@@ -194,7 +199,7 @@ def test_every_combination_of_inputs():
     for names in combinations:
         cycles += [world] * rng.randrange(3)
         cycles.append({*names, *(["hold"] if rng.random() < 0.1 else [])})
-    reference = compare(BufferControl(2, 4), kept_now_and_then(cycles, 10))
+    reference = compare(BufferControl(2, 4), of_a_host(cycles, 10, 0.1))
     *counts, dropped, abandoned = reference.counts()
     assert min(*counts, abandoned) > 100 and dropped == 0   # a new picture waits for the fetch of the one before
 
@@ -225,6 +230,38 @@ def test_kept_pair():
     simulator.add_testbench(testbench)
     simulator.run()
     assert [cycle for cycle, kept in enumerate(seen) if kept] == [*range(25, 31)]
+
+
+def test_pair_of_the_host():
+    """By hand: asked for twice, the second time while it is read; kept; the cameras' frames wait, and are a pair once they are the source."""
+    dut = BufferControl(3, 4, 100)
+    events = PAIR | {14: "put", 18: "disparity_plane.begin left_plane.begin", 20: "put", 25: "reader.done",
+                     26: "disparity_plane.complete left_plane.complete"}
+    seen = []
+
+    async def testbench(ctx):
+        for cycle, names in enumerate(play(events, 60)):
+            for name in INPUTS:
+                ctx.set(attrgetter(name)(dut), name in names or (name == "host" and cycle < 40) or name == "keep")
+            seen.append([ctx.get(value) for value in (dut.reader.start, dut.reader.left_buffer, dut.putting, dut.kept, dut.kept_right)])
+            await ctx.tick()
+
+    simulator = Simulator(dut)
+    simulator.add_clock(1e-6)
+    simulator.add_testbench(testbench)
+    simulator.run()
+    assert [cycle for cycle, (start, *_) in enumerate(seen) if start] == [16, 28]
+    assert all(buffer == 3 for _, buffer, putting, *_ in seen[16:] if putting)
+    assert [cycle for cycle, (*_, putting, _, _) in enumerate(seen) if not putting] == [*range(15)]
+    assert [cycle for cycle, (*_, kept, _) in enumerate(seen) if kept] == [*range(27, 60)] and seen[-1][-1] == 3
+
+
+@pytest.mark.parametrize("until, pairs", [(20, 1), (200, 0)])
+def test_cameras_after_the_host(until, pairs):
+    """Their frames wait while pairs are the host's, and expire as ever."""
+    held = [{*names, "host"} if cycle < until else names for cycle, names in enumerate(play(PAIR, 250))]
+    reference = compare(BufferControl(2, 4, 100), held)
+    assert reference.rule.pairs == pairs and [camera.unpaired for camera in reference.rule.cameras] == [1 - pairs] * 2
 
 
 def test_start_after_two_cycles():

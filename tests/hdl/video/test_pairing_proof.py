@@ -28,7 +28,7 @@ class Promises(Elaboratable):
         self.dut = BufferControl(buffers, window, life)
         self.life = self.dut.life_clocks
         self.events = {name: Signal(name=name) for name in (
-            "reader.done", "display.fetch", "hold", "keep", *(f"{writer}.{event}" for writer in (*CAMERAS, *PLANES)
+            "reader.done", "display.fetch", "hold", "keep", "host", "put", *(f"{writer}.{event}" for writer in (*CAMERAS, *PLANES)
                                                       for event in ("begin", "complete", "abandoned")))}
 
     def writer(self, m, name):
@@ -55,6 +55,7 @@ class Promises(Elaboratable):
         m.d.comb += self.reads.eq(reads | dut.reader.start)
         m.d.sync += reads.eq(self.reads & ~dut.reader.done)
         self.buffers_read = dut.reader.left_buffer, dut.reader.right_buffer
+        self.of_cameras = dut.reader.left_buffer != self.buffers
         self.earlier = reads
         getattr(self, self.promise)(m)
         return m
@@ -63,6 +64,11 @@ class Promises(Elaboratable):
         """No buffer is written while it is read."""
         for (writes, buffer, _), read in zip(self.cameras, self.buffers_read):
             m.d.comb += Assert(~(writes & self.reads & (buffer == read)))
+
+    def no_torn_pair_of_the_host(self, m):
+        """Its buffers are read together, and only while it is told that they must not be written."""
+        left, right = (buffer == self.buffers for buffer in self.buffers_read)
+        m.d.comb += [Assert(~self.reads | (left == right)), Assert(~(self.reads & left) | self.dut.putting)]
 
     def no_torn_picture(self, m):
         """No slot is written while it is shown."""
@@ -82,9 +88,9 @@ class Promises(Elaboratable):
             with m.If(writes):
                 m.d.sync += written[buffer].eq(1)
             # Between a kept pair's start and ``kept`` no other pair starts.
-            with m.If(dut.reader.start & ~dut.kept):
+            with m.If(dut.reader.start & ~dut.kept & self.of_cameras):
                 m.d.sync += written[read].eq(0)
-            m.d.comb += Assert(~(dut.kept & (written[held] | (writes & (buffer == held)))))
+            m.d.comb += Assert(~(dut.kept & (held != self.buffers) & (written[held] | (writes & (buffer == held)))))
         for writes, buffer, _ in self.planes:
             m.d.comb += Assert(~(dut.kept & writes & (buffer == dut.kept_slot)))
 
@@ -110,7 +116,7 @@ class Promises(Elaboratable):
             unused = Array(Signal(name=f"{name}_unused_{n}") for n in range(self.buffers))
             for age in since:
                 m.d.sync += age.eq(Mux(age == self.life + 2, age, age + 1))
-            with m.If(self.dut.reader.start):
+            with m.If(self.dut.reader.start & self.of_cameras):
                 m.d.comb += Assert(unused[read] & (since[read] <= self.life - younger))
                 m.d.sync += unused[read].eq(0)
             sample = Signal(name=f"{name}_sampled")
@@ -120,7 +126,7 @@ class Promises(Elaboratable):
             with m.If(complete):
                 m.d.sync += unused[buffer].eq(1)
             ages.append(since[read])
-        with m.If(self.dut.reader.start):
+        with m.If(self.dut.reader.start & self.of_cameras):
             m.d.comb += [Assert(age <= other + self.window - nearer) for age, other in (ages, ages[::-1])]
 
     def nearer(self, m):
@@ -139,7 +145,8 @@ def proved(folder, *arguments):
 
 
 @pytest.mark.parametrize("buffers, window, life, promise", [
-    *((buffers, 2, 5, promise) for buffers in (2, 3) for promise in ("no_torn_frame", "no_torn_picture", "what_holds", "near_and_fresh")),
+    *((buffers, 2, 5, promise) for buffers in (2, 3) for promise in (
+        "no_torn_frame", "no_torn_picture", "no_torn_pair_of_the_host", "what_holds", "near_and_fresh")),
     (2, 2, 5, "no_torn_pair"), (3, 2, 5, "no_torn_pair"),
     # The widths of the system as built; the proof does not depend on the length of its times.
     (2, 1_875_000, None, "no_torn_frame"), (3, 1_875_000, None, "no_torn_picture"),
