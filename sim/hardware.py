@@ -13,10 +13,10 @@ from numpy.typing import NDArray
 from golden.cli import progress
 from golden.config import MatcherConfig
 from golden.errors import UserError
-from golden.host.loop_registers import LOOP_BAUD, result_bytes
+from golden.host.loop_registers import LOOP_BAUD
 from hdl.host.chip import Chip, SerialPort, Transport
-from hdl.host.loop import Board, BoardRun
-from hdl.host.transfer import seconds_of_pair
+from hdl.host.loop import Board, BoardRun, LoopBoard
+from hdl.host.put import CameraBoard
 
 from .figures import common_report, print_figures
 from .kit.harness import Result
@@ -61,7 +61,8 @@ def opened(options: argparse.Namespace, connect: Connect) -> Iterator[Board | No
             raise UserError(f"--{name} must be from {least} to {greatest}, not {value}; choose a value in that range")
     baud = options.baud or LOOP_BAUD
     with connect(options.hardware, baud) as transport:
-        yield Board(Chip(transport, options.timeout or 0.2, "--hardware"), baud)
+        chip = Chip(transport, options.timeout or 0.2, "--hardware")
+        yield (CameraBoard if chip.system.cameras else LoopBoard)(chip, baud)
 
 
 def match_shown(board: Board, config: MatcherConfig, left: NDArray[np.uint8], right: NDArray[np.uint8]) -> BoardRun:
@@ -76,16 +77,15 @@ def as_result(run: BoardRun) -> Result:
     return Result([run.fields], [], {"clocks": run.clocks}, run.seconds, 0.0)
 
 
-def board_report(run: BoardRun, config: MatcherConfig, options: argparse.Namespace, wrong: int) -> dict:
+def board_report(board: Board, run: BoardRun, config: MatcherConfig, options: argparse.Namespace, wrong: int) -> dict:
     """The figures of a run, for ``report.json``."""
     height, width = run.fields["disparity"].shape
-    baud = options.baud or LOOP_BAUD
     return {
-        **common_report(config, height, width, run.clocks, wrong), "hardware": options.hardware, "baud": baud,
+        **common_report(config, height, width, run.clocks, wrong), "hardware": options.hardware, "baud": board.baud,
         "clocks_per_pixel": round(run.clocks / (width * height), 4),
         "put_seconds": round(run.put_seconds, 4), "match_seconds": round(run.match_seconds, 4), "get_seconds": round(run.get_seconds, 4),
         "frames_per_second": round(1 / run.seconds, 3), "repeated": run.repeated,
-        "line_frames_per_second": round(1 / seconds_of_pair(width, height, result_bytes(config), baud), 3),
+        "line_frames_per_second": round(1 / board.line_seconds(width, height, config), 3),
     }
 
 

@@ -143,8 +143,8 @@ def _match(folder: Path, options: argparse.Namespace, board: Board, config: Matc
     """Match the pair on the board and leave the results in the folder; the exit status."""
     run = match_shown(board, config, left, right)
     result = as_result(run)
-    wrong = mismatches(result, 0, left, right, config)
-    report = board_report(run, config, options, wrong) | _quality(result, config, pair)
+    wrong = mismatches(result, 0, left, right, config, lambda fields: board.seen(fields, config))
+    report = board_report(board, run, config, options, wrong) | _quality(result, config, pair)
     _write(folder, left, right, result, config, report)
     print_board(report, config, folder)
     note_order(left, right, config)

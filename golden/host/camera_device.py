@@ -69,7 +69,7 @@ class CameraDevice(SerialDevice):
             self.kept = None
         if name == "start_pair" and self._value("source") and self._lines.whole:
             self._match(self.pictures)
-        elif name in ("keep", "source") and not self._value("source") and self.cameras:
+        elif name == "keep" and value and not self._value("source") and self.cameras:
             self._match(self.cameras)
         self.values["kept"] = int(self.kept is not None)
 

@@ -46,8 +46,9 @@ _STATUS_TEXT = {
     Status.UNKNOWN_ADDRESS: "no register, or no plane, has this address",
     Status.READ_ONLY: "the register cannot be written",
     Status.OUT_OF_RANGE: "the value is not within the register's limits, and it is unchanged; or there is no such line",
-    Status.UNKNOWN_OPERATION: "neither a read, a write nor a block read",
+    Status.UNKNOWN_OPERATION: "neither a read, a write, a block read nor a block write",
     Status.NOT_KEPT: "a block read, and `kept` is 0: set `keep` and wait",
+    Status.BUSY: "a block write while pairs are the cameras', `keep` is 1, the pair is being read, or a line before is not stored",
 }
 
 
@@ -61,16 +62,16 @@ def _protocol() -> list[str]:
     return [
         _paragraph(
             f"RS-232, {BAUD} baud, eight data bits, no parity, one stop bit.",
-            f"The host sends a request and the chip a reply, of {FRAME_BYTES} bytes each; a block follows the reply to a block read.",
+            f"The host sends a request and the chip a reply, of {FRAME_BYTES} bytes each; a block follows the reply to a block read, and the request of a block write.",
             "One request at a time: the next one is sent after the reply."),
         "",
         "| byte | request | reply |",
         "|---|---|---|",
         f"| 0 | sync, `0x{REQUEST_SYNC:02X}` | sync, `0x{REPLY_SYNC:02X}` |",
-        f"| 1 | operation: `0x{Operation.READ:02X}` read, `0x{Operation.WRITE:02X}` write, `0x{Operation.BLOCK:02X}` block read "
-        "| status, see below |",
-        "| 2 | address; of a block read, the plane | address, as it was received |",
-        "| 3 | value, upper byte; ignored in a read; of a block read, the line | value, upper byte; 0 unless the status is 0 |",
+        f"| 1 | operation: `0x{Operation.READ:02X}` read, `0x{Operation.WRITE:02X}` write, `0x{Operation.BLOCK:02X}` block read, "
+        f"`0x{Operation.BLOCK_WRITE:02X}` block write | status, see below |",
+        "| 2 | address; of a block, the plane | address, as it was received |",
+        "| 3 | value, upper byte; ignored in a read; of a block, the line | value, upper byte; 0 unless the status is 0 |",
         "| 4 | value, lower byte | value, lower byte |",
         "| 5 | sum: makes all six bytes add up to 0 modulo 256 | sum, likewise |",
         "",
@@ -85,6 +86,7 @@ def _protocol() -> list[str]:
             f"`{encode_reply(Reply(Status.OK, example.address, example.value)).hex(' ')}` confirms it."),
         "",
         *_block(),
+        *_block_write(),
         "",
         "### Noise",
         "",
@@ -94,12 +96,14 @@ def _protocol() -> list[str]:
             "which compares the reply with its request."),
         "",
         _paragraph(
-            "Bytes before a sync byte are skipped. A request whose next byte is not received within",
-            f"{1000 * FRAME_SECONDS:g} ms is dropped, and so is one with a byte without a stop bit.",
-            "Each such event, each skipped byte and each bad sum is counted in `uart_errors`.",
+            "A request whose next byte is not received within",
+            f"{1000 * FRAME_SECONDS:g} ms is dropped, and so is one with a byte without a stop bit. After that, after a byte that begins no",
+            "request, after status 1 or 5, and after a block write that was refused, the chip ignores everything until the line has been",
+            "silent for that long: so no pixel is ever taken for a request.",
+            "Each such event but a refusal is counted in `uart_errors`, as is each byte that is lost.",
             f"After any noise, a request sent after a pause of {1000 * QUIET_SECONDS:g} ms has a reply:",
             "the pause covers the time-out, and a reply to noise. At other rates the time-out is as many bits.",
-            "While a reply or a block is sent, one byte of the host waits, and further ones are lost and counted:",
+            "While a reply or a block is sent, or a line is stored, one byte of the host waits, and further ones are lost and counted:",
             "they are no request. A host that does not want the rest of a block waits for its end."),
         "",
         "After no reply, or status 1, a host pauses for that long and repeats the request; a write may be repeated. But what the chip did",
@@ -152,10 +156,35 @@ def _block() -> list[str]:
     ]
 
 
+def _block_write() -> list[str]:
+    """Markdown about block writes."""
+    example = Request(Operation.BLOCK_WRITE, 1, 300)
+    return [
+        "",
+        "### Block write",
+        "",
+        _paragraph(
+            "A block write sends a line of a pair of the host's, which is matched and shown in place of the cameras' pairs. Write 1 to",
+            "`source`: no pair of the cameras starts from then on, and what they send is written over and over. The pair has buffers of its",
+            "own. The address is the plane, " + ", ".join(f"{number} {name}" for number, name in enumerate(SENT_PLANES)) + ", and the value",
+            "is the line, from 0. The six bytes of the request are followed by a block as that of a block read, whose bytes from `width` on",
+            "may have any value; then the reply is sent: status 0 if the line is in memory, 1 if the CRC is wrong or a byte was not received",
+            f"in time, and nothing has changed. For example, `{encode_request(example).hex(' ')}` and the block write line {example.value} of",
+            f"the right picture, and `{encode_reply(Reply(Status.OK, example.address, example.value)).hex(' ')}` confirms it."),
+        "",
+        _paragraph(
+            "Lines are sent in their order, those of the left picture first. Any line that was stored may be sent again, as after a reply",
+            "that was lost, and all lines after it must then be, too; one that is ahead is refused. `pair_whole` is 1 once the last line is",
+            "stored, and 0 from the next pair's first one on. `start_pair` has no effect before: a pair that is broken off is never shown.",
+            "It may be written again, to match the same pair with other settings, or to keep it. Write 0 to `source`, and the cameras' next",
+            "pair is matched. A block write takes as many bits as a block read."),
+    ]
+
+
 _SECTIONS = {
     Kind.CONSTANT: ("Constants", "Read-only; here those of a matcher of the default size with the method `fused`."),
-    Kind.SETTING: ("Settings", "Read and written; a new value takes effect at a frame's start, those of `keep`, and of `map_side` to "
-                   "`map_high`, at once. "
+    Kind.SETTING: ("Settings", "Read and written; a new value takes effect at a frame's start, those of `keep`, `source`, and of "
+                   "`map_side` to `map_high`, at once. "
                    "A matcher that was built with a negative `minimum` takes any value from there on, as a two's complement of 16 bits. "
                    + " ".join(
         f"A matcher with the method `{name}` has {', '.join(f'`{setting}`' for setting in MatcherConfig(method=method()).settings)}."
@@ -297,8 +326,7 @@ def loop_page(registers: RegisterMap) -> str:
         "",
         "| status | meaning |",
         "|---|---|",
-        *(f"| {status.value} | {text} |" for status, text in _STATUS_TEXT.items() if status < Status.UNKNOWN_OPERATION),
-        f"| {Status.UNKNOWN_OPERATION.value} | neither a read, a write, a block read nor a block write |",
+        *(f"| {status.value} | {text} |" for status, text in _STATUS_TEXT.items() if status < Status.NOT_KEPT),
         f"| {Status.NOT_KEPT.value} | a block read, and no pair has been matched |",
         f"| {Status.BUSY.value} | a block write while a pair is being matched, or while `keep` is 1 |",
         "",

@@ -308,12 +308,11 @@ def register_map(config: MatcherConfig | None = None, height: int = 576, rig: Ri
         setting("colour", 0x15, 0, {0: "grey", 1: "colour"}, "how disparities are shown"),
         setting("keep", 0x80, 0, _NO_YES, "whether the next pair is kept in memory, for block reads"),
         Register("kept", 0x81, Kind.STATUS, 1, "a pair is kept: block reads find both pictures and the disparities", words=_NO_YES),
-        Register("clocks_high", 0x82, Kind.STATUS, (1 << CLOCK_BITS - 16) - 1, "clocks from the start of the last pair to its disparities "
-                 "in memory, upper half", unit="65536 clocks"),
+        Register("clocks_high", 0x82, Kind.STATUS, (1 << CLOCK_BITS - 16) - 1, "clocks from the last pair's start to its disparities in memory, "
+                 "upper half", unit="65536 clocks"),
         Register("clocks_low", 0x83, Kind.STATUS, COUNT_MAX, "lower half", unit="clocks"),
         setting("source", 0x84, 0, {0: "cameras", 1: "host"}, "whose pairs are matched and shown"),
-        Register("start_pair", 0x85, Kind.ACTION, 1, "matches the host's pair once; without effect unless source is host and pair_whole "
-                 "is yes", minimum=1),
+        Register("start_pair", 0x85, Kind.ACTION, 1, "matches the host's pair once, if pair_whole and source are 1", minimum=1),
         Register("pair_whole", 0x86, Kind.STATUS, 1, "all lines of the host's pair are in memory", words=_NO_YES),
         setting("hold", 0x16, 0, {0: "live", 1: "frozen"}, "whether the picture on the monitor is frozen"),
         Register("clear_counters", 0x20, Kind.ACTION, 1, "sets all counters to 0", minimum=1),

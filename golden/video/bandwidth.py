@@ -119,8 +119,8 @@ class Budget:
     window : Fraction or float
         Greatest time between the beginnings of a pair's frames, in frames.
     kept : int
-        Buffers of each kind that a kept pair may occupy. That its lines are read is not a demand: even at 3,000,000 baud they are 18,750
-        words a second, :class:`hdl.video.line_read.LineReader`.
+        Buffers of each kind that a kept pair may occupy. That its lines are read, or those of the host's pair written, is not a demand:
+        even at 3,000,000 baud they are 18,750 words a second, :class:`hdl.video.line_access.LineAccess`.
     """
     memory_map: MemoryMap = field(default_factory=MemoryMap)
     camera: CameraFormat = PAL

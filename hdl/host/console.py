@@ -19,7 +19,7 @@ from golden.files import check_output
 from golden.host.blocks import PLANES
 from golden.host.protocol import BAUD
 from golden.host.registers import Kind, Register, RegisterMap, register_map
-from golden.pictures.images import write_picture
+from golden.pictures.images import read_pair, write_picture
 from golden.rig.config import RigConfig
 from golden.rig.files import RIG_NAME, read_rig
 from golden.tables import print_table, whole
@@ -28,6 +28,7 @@ from .calibrate import DEFAULT_PAIRS, PAIRS, calibrate, check_calibration
 from .chip import Chip, SerialPort, Transport
 from .grab import grab, grab_pair, showing
 from .load_map import load_rig
+from .put import put
 
 
 __all__ = ["main"]
@@ -122,7 +123,7 @@ def _parser() -> Parser:
     parser.add_argument("--port", metavar="PORT", help="serial port, such as /dev/ttyUSB0 or COM3; for all commands but list")
     parser.add_argument("--baud", type=int, default=BAUD, metavar="BAUD", help="bits a second (default: %(default)s)")
     parser.add_argument("--timeout", type=float, default=0.2, metavar="S", help="longest wait for a reply, seconds (default: %(default)s)")
-    commands = parser.add_subparsers(dest="command", required=True, metavar="get|set|watch|rectify|grab|calibrate|list")
+    commands = parser.add_subparsers(dest="command", required=True, metavar="get|set|watch|rectify|grab|put|calibrate|list")
     get = commands.add_parser("get", help="print registers")
     get.add_argument("names", nargs="+", metavar="NAME")
     assign = commands.add_parser("set", help="write settings and actions; a setting takes effect at a frame's start")
@@ -136,6 +137,9 @@ def _parser() -> Parser:
     picture.add_argument("plane", choices=PLANES, metavar="|".join(PLANES), help="a camera's picture, or the disparities as the monitor's "
                          "labels")
     picture.add_argument("file", type=Path, metavar="FILE", help=f"picture to write: {', '.join(_SUFFIXES)}")
+    pair = commands.add_parser("put", help="match and show a pair of pictures in place of the cameras', until source=cameras is set")
+    for name in ("left", "right"):
+        pair.add_argument(name, type=Path, metavar=name.upper(), help="picture of the cameras' size")
     calibration = commands.add_parser("calibrate", help="take pairs of a chessboard with the cameras, calibrate, and load the maps")
     calibration.add_argument("--board", required=True, metavar="9x6", help="inner corners of the chessboard")
     calibration.add_argument("--square", type=float, required=True, metavar="MM", help="side of a square, millimetres")
@@ -159,6 +163,7 @@ def _run(connect: Callable[[str, int], AbstractContextManager[Transport]], argv:
     rig = read_rig(options.rig) if options.command == "rectify" else None
     if options.command == "grab":
         check_output(options.file, _SUFFIXES, "FILE")
+    pair = read_pair(options.left, options.right) if options.command == "put" else None
     board = check_calibration(options.board, options.square, options.output) if options.command == "calibrate" else None
     with connect(options.port, options.baud) as transport:
         chip = Chip(transport, options.timeout)
@@ -173,6 +178,10 @@ def _run(connect: Callable[[str, int], AbstractContextManager[Transport]], argv:
                 picture = grab(chip, options.plane, report)
             write_picture(options.file, picture)
             print(f"{options.file}: {options.plane}, {picture.shape[1]}x{picture.shape[0]} pixels")
+        elif pair:
+            with showing("left and right") as report:
+                put(chip, *pair, options.baud, report)
+            print(f"{options.left} and {options.right} are matched and shown; grab disparity reads the result, set source=cameras ends it")
         elif board:
             print(f"{options.output}: {calibrate(chip, functools.partial(_pair, chip), board, options.output, options.pairs)}")
         elif rig:

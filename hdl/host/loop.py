@@ -1,8 +1,9 @@
-"""A matcher behind a serial line, as a host uses it: a pair in, its result out, and what the matcher was built for."""
+"""A board at a serial line, as a host uses it: a pair in, its result out, and what the board was built for."""
 
 import dataclasses
 import time
-from collections.abc import Callable
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -11,14 +12,20 @@ from numpy.typing import NDArray
 
 from golden.config import METHODS, MatcherConfig
 from golden.errors import UserError
+from golden.host.blocks import SENT_PLANES
+from golden.host.build_id import parameter_digest, release
 from golden.host.loop_device import unpacked_result
-from golden.host.loop_registers import LOOP_PLANES, SENT_PLANES, loop_register_map, parameter_digest, release
+from golden.host.loop_registers import LOOP_PLANES, result_bytes
 
 from .chip import Chip
-from .transfer import get_lines, put_lines
+from .transfer import get_lines, put_lines, seconds_of_pair
 
 
-__all__ = ["Board", "BoardRun"]
+__all__ = ["Board", "BoardRun", "LoopBoard", "Report", "sent_lines"]
+
+
+#: Is given what is done, and the number of lines done and of all.
+Report = Callable[[str, int, int], None]
 
 
 # Longest time of a match, and seconds between two readings.
@@ -47,8 +54,13 @@ class BoardRun:
         return self.put_seconds + self.match_seconds + self.get_seconds
 
 
-class Board:
-    """A matcher behind a serial line.
+def sent_lines(pair: Sequence[NDArray[np.uint8]], line: Callable[[NDArray[np.uint8]], bytes]) -> list[tuple[int, int, bytes]]:
+    """Lines of a pair in their order, each with the number of its plane and its own; ``line`` gives the bytes of one."""
+    return [(plane, number, line(pixels)) for plane, picture in enumerate(pair) for number, pixels in enumerate(picture)]
+
+
+class Board(ABC):
+    """A board that a host sends pairs to.
 
     Parameters
     ----------
@@ -60,9 +72,6 @@ class Board:
     def __init__(self, chip: Chip, baud: int) -> None:
         self.chip = chip
         self.baud = baud
-        if not chip.system.takes_pairs:
-            raise UserError(f"the board is {chip.system.about}, which takes no pairs from a host; use a bitstream that does, "
-                            "such as that of python -m hdl.build --board ulx3s")
         built = chip.read("release")
         if built != release():
             raise UserError(f"the board's bitstream was built from release {_release_text(built)} of this project, and this is "
@@ -84,9 +93,7 @@ class Board:
             raise UserError(f"the board holds {self.labels} disparities, the command says {config.labels}; say --disparities "
                             f"{self.labels}, or build again with --disparities {config.labels}")
         greatest = registers["width"].reset, registers["height"].reset
-        if width > greatest[0] or height > greatest[1]:
-            raise UserError(f"the pictures have {width}x{height} pixels, and the board holds {greatest[0]}x{greatest[1]} at most; choose "
-                            f"smaller ones, or build again with --width {width} --height {height}")
+        self._check_size((width, height), greatest)
         lead = registers["lead"].reset
         if config.lead > lead:
             raise UserError(f"the board holds disparities from {-lead} on, the command says {config.minimum}; say --minimum {-lead}, or "
@@ -95,10 +102,24 @@ class Board:
             raise UserError(f"the board was built with other parameters of the method {method} than this command's; give the options of "
                             "its build, which its manifest.json tells, or build again with this command's")
         # With the settings of this configuration's parameters, which the constants of the method alone do not tell.
-        self.chip.registers = loop_register_map(dataclasses.replace(config, max_width=greatest[0], minimum=-lead), greatest[1])
+        self.chip.registers = self.chip.system.registers(dataclasses.replace(config, max_width=greatest[0], minimum=-lead), greatest[1],
+                                                         registers["rectify_lines"].reset)
 
+    @abstractmethod
+    def _check_size(self, size: tuple[int, int], held: tuple[int, int]) -> None:
+        """:class:`UserError` unless a board that holds pictures of one size takes those of the other, width and height each."""
+
+    @abstractmethod
+    def line_seconds(self, width: int, height: int, config: MatcherConfig) -> float:
+        """Time on the line of a pair and its result, without the matcher, and without what the computer waits."""
+
+    @abstractmethod
+    def seen(self, fields: Mapping[str, NDArray[Any]], config: MatcherConfig) -> dict[str, NDArray[Any]]:
+        """What the board tells of a result of :func:`golden.matcher.matcher.match`."""
+
+    @abstractmethod
     def match(self, left: NDArray[np.uint8], right: NDArray[np.uint8], config: MatcherConfig,
-              report: Callable[[str, int, int], None] = lambda what, done, total: None) -> BoardRun:
+              report: Report = lambda what, done, total: None) -> BoardRun:
         """Send a pair, let it be matched, and read its result.
 
         Parameters
@@ -114,12 +135,37 @@ class Board:
         BoardRun
             :class:`UserError` if the board does not answer, sends garbage, refuses, or does not finish in 10 s.
         """
+
+    def _set(self, values: dict[str, int]) -> None:
+        """Write settings, and read them back: noise may have changed one that was not meant."""
+        chip = self.chip
+        for name, value in {"keep": 0, **values}.items():
+            chip.write(name, value)
+        wrong = [name for name, value in values.items() if chip.read(name) != value]
+        if wrong:
+            raise UserError(f"the board does not hold what was written to {wrong[0]}; check the wires, or choose a lower --baud")
+
+
+class LoopBoard(Board):
+    """A matcher behind a serial line: pictures up to the size of its stores, and all fields of the results."""
+    def _check_size(self, size: tuple[int, int], held: tuple[int, int]) -> None:
+        if size[0] > held[0] or size[1] > held[1]:
+            raise UserError(f"the pictures have {size[0]}x{size[1]} pixels, and the board holds {held[0]}x{held[1]} at most; choose "
+                            f"smaller ones, or build again with --width {size[0]} --height {size[1]}")
+
+    def line_seconds(self, width: int, height: int, config: MatcherConfig) -> float:
+        return seconds_of_pair(width, height, result_bytes(config), self.baud)
+
+    def seen(self, fields: Mapping[str, NDArray[Any]], config: MatcherConfig) -> dict[str, NDArray[Any]]:
+        return dict(fields)
+
+    def match(self, left: NDArray[np.uint8], right: NDArray[np.uint8], config: MatcherConfig,
+              report: Report = lambda what, done, total: None) -> BoardRun:
         chip, repeated = self.chip, self.chip.repeated
         height, width = left.shape
         self._set({"picture_width": width, "picture_height": height, **config.defaults})
         start = time.perf_counter()
-        put_lines(chip, [(plane, line, picture[line].tobytes()) for plane, picture in enumerate((left, right)) for line in range(height)],
-                  self.baud, lambda done, total: report(f"{' and '.join(SENT_PLANES)} to the board", done, total))
+        put_lines(chip, sent_lines((left, right), lambda pixels: pixels.tobytes()), self.baud, lambda done, total: report(f"{' and '.join(SENT_PLANES)} to the board", done, total))
         sent = time.perf_counter()
         chip.write("start", 1)
         while not chip.read("kept"):
@@ -137,15 +183,6 @@ class Board:
         words = sum(parts[:, :, place] << 8 * place for place in range(count))
         return BoardRun(unpacked_result(np.asarray(words), config), clocks, sent - start, matched - sent, end - matched,
                         chip.repeated - repeated)
-
-    def _set(self, values: dict[str, int]) -> None:
-        """Write settings, and read them back: noise may have changed one that was not meant."""
-        chip = self.chip
-        for name, value in {"keep": 0, **values}.items():
-            chip.write(name, value)
-        wrong = [name for name, value in values.items() if chip.read(name) != value]
-        if wrong:
-            raise UserError(f"the board does not hold what was written to {wrong[0]}; check the wires, or choose a lower --baud")
 
 
 def _release_text(number: int) -> str:

@@ -64,7 +64,9 @@ def _transfer(chip: Chip, requests: Sequence[Request], most: int, seconds: float
 
 
 def _ahead(chip: Chip, block_bytes: int, baud: int, most: int) -> int:
-    """Blocks on their way, at least two."""
+    """Blocks on their way: at least two, but one to a system with cameras, where nothing waits while a reply is sent."""
+    if chip.system.cameras:
+        return 1
     return max(2, min(most, min(chip.AHEAD_BYTES, round(baud / 10 * _AHEAD_SECONDS)) // block_bytes))
 
 
@@ -76,7 +78,6 @@ def put_lines(chip: Chip, lines: Sequence[tuple[int, int, bytes]], baud: int, re
     Parameters
     ----------
     chip : Chip
-        Of a system that takes pairs.
     lines : sequence of (int, int, bytes)
     baud : int
         Of the line: determines how much is sent ahead.

@@ -11,7 +11,7 @@ from cocotb.clock import Clock
 from cocotb.triggers import RisingEdge, Timer
 from numpy.typing import NDArray
 
-from golden.host.blocks import line_bytes
+from golden.host.blocks import line_bytes, stored_line
 from golden.host.protocol import (
     BAUD,
     CRC_BYTES,
@@ -22,6 +22,7 @@ from golden.host.protocol import (
     Status,
     block_bits,
     decode_block,
+    encode_block,
     encode_request,
     first_reply,
 )
@@ -215,6 +216,22 @@ class Rig:
                 assert data is not None, f"the CRC of line {line} is wrong"
                 return data
         raise TimeoutError(f"no block of line {line}")
+
+    async def put_line(self, plane: int, line: int, pixels: NDArray[Any], *, spoiled: bool = False, part: int | None = None) -> Status:
+        """Send a line of the host's pair: the status of the reply. ``spoiled``: with a wrong CRC; or so many bytes of the block alone."""
+        self.host.received.clear()
+        data = encode_block(plane, line, stored_line(pixels))
+        block = data[:-1] + bytes([data[-1] ^ spoiled])
+        self.host.send(encode_request(Request(Operation.BLOCK_WRITE, plane, line)) + block[:part])
+        for _ in range(2 * (block_bits(len(block)) + self.QUIET_BITS) * UART_CYCLES):
+            await self.exchange()
+            if (reply := first_reply(bytes(self.host.received))) and self.host.idle:
+                assert reply.address == plane
+                if reply.status is not Status.OK:
+                    for _ in range(self.QUIET_BITS * UART_CYCLES):
+                        await self.exchange()
+                return reply.status
+        raise TimeoutError(f"no reply to line {line}")
 
     # The monitor.
 

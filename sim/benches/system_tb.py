@@ -156,6 +156,64 @@ async def grab(dut):
 
 
 @cocotb.test()
+async def put(dut):
+    """A pair of the host's in place of the cameras': with faults on its way, bit-exact at the monitor and in memory, and matched again with
+    another setting; one that is broken off is never shown, and the cameras' pairs are matched once they have their turn."""
+    rig = await start(dut)
+    height = rig.camera.height
+    seen = rig.pair
+    given = rig._scene()
+    lines = [(plane, line) for plane in range(2) for line in range(height)]
+    assert await rig.put_line(0, 0, given[0][0]) is Status.BUSY     # the cameras are the source
+    await rig.write("source", 1)
+    assert await rig.put_line(0, 1, given[0][1]) is Status.BUSY     # a line ahead
+    for plane, line in lines:
+        if (plane, line) in ((0, 3), (1, 0)):
+            assert await rig.put_line(plane, line, 255 - given[plane][line], spoiled=True) is Status.BAD_SUM
+            assert await rig.put_line(plane, line, 255 - given[plane][line], part=9) is Status.BAD_SUM
+            await rig.write("start_pair", 1)
+        assert await rig.put_line(plane, line, given[plane][line]) is Status.OK
+    assert await rig.read("pair_whole") == 1
+    await rig.shows()   # the cameras' last pair
+    pairs = await rig.read("pairs")
+    rig.pair = given
+    rig.change(scene=False)
+    await rig.write("start_pair", 1)
+    await rig.shows()
+    assert rig.cut == 0 and await rig.read("pairs") == pairs + 1
+
+    # Kept, with another setting; meanwhile no line is accepted.
+    rig.change(scene=False, in_use=3)
+    await rig.write("in_use", 3)
+    await rig.write("keep", 1)
+    await rig.write("start_pair", 1)
+    await rig.until_reads("kept", 1)
+    assert await rig.put_line(0, 0, given[0][0]) is Status.BUSY
+    for number, picture in enumerate((*given, rig.labels(given, rig.settings))):
+        for line in (0, 1, height - 1) if number < 2 else range(height):
+            assert list((await rig.block(number, line))[:rig.camera.width]) == picture[line].tolist(), (number, line)
+    clocks = await rig.read("clocks_high") << 16 | await rig.read("clocks_low")
+    assert rig.camera.width * height < clocks < 20 * rig.camera.width * height
+    await rig.write("keep", 0)
+    await rig.shows()
+
+    # Another one is broken off.
+    other = rig._scene()
+    for plane, line in lines[:height + 2]:
+        assert await rig.put_line(plane, line, other[plane][line]) is Status.OK
+    await rig.write("start_pair", 1)
+    assert [await rig.read(name) for name in ("pair_whole", "pairs")] == [0, pairs + 2]
+    await rig.shows()
+    rig.pair = seen
+    rig.change(scene=False)
+    await rig.write("source", 0)
+    await rig.shows()
+    assert rig.cut == 0
+    for name in NEVER:
+        assert await rig.read(name) == 0, name
+
+
+@cocotb.test()
 async def maps(dut):
     """Maps are loaded while pairs pass, and used from a pair's start on; one that is wrong is reported, and the next one cures it."""
     rig = await start(dut)

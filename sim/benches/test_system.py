@@ -41,6 +41,14 @@ def test_grab(folder):
     run_small(folder, "grab", size="small fused")
 
 
+# Slow: the blocks that take the pair are tested with faults in tests/hdl/host/test_put.py.
+@pytest.mark.slow
+@pytest.mark.parametrize("size", ["glance", "small"])
+def test_put(folder, size):
+    """A pair of the host's in place of the cameras', and theirs afterwards."""
+    run_small(folder, "put", size=size)
+
+
 # Slow: loading maps takes long; the rectifier's benches load them, and miss lines, too.
 @pytest.mark.slow
 def test_maps(folder):

@@ -1,4 +1,4 @@
-"""A line to a matcher that the host sends pairs to, without gateware: in memory, or at a pseudo-terminal."""
+"""A line to a board that the host sends pairs to, without gateware: in memory, or at a pseudo-terminal."""
 
 import contextlib
 import os
@@ -9,7 +9,7 @@ import tty
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager
 
-from golden.host.loop_device import LoopDevice
+from golden.host.device import SerialDevice
 from golden.host.protocol import FRAME_SECONDS
 
 
@@ -26,7 +26,7 @@ class LoopLine:
 
     Parameters
     ----------
-    device : LoopDevice
+    device : SerialDevice
     to_board, to_host : callable
         Are given the number of a write of the host, or of a byte of the board, counted from 0, and the bytes; what they return is passed
         on.
@@ -36,7 +36,7 @@ class LoopLine:
     writes : int
         Of the host.
     """
-    def __init__(self, device: LoopDevice, to_board: Callable[[int, bytes], bytes] = _good, to_host: Callable[[int, bytes], bytes] = _good):
+    def __init__(self, device: SerialDevice, to_board: Callable[[int, bytes], bytes] = _good, to_host: Callable[[int, bytes], bytes] = _good):
         self.device, self.to_board, self.to_host = device, to_board, to_host
         self.writes = 0
         self._sent = 0
@@ -65,7 +65,7 @@ class LoopLine:
 
 
 @contextlib.contextmanager
-def device_at_port(device: LoopDevice, unplugged: int | None = None) -> Iterator[str]:
+def device_at_port(device: SerialDevice, unplugged: int | None = None) -> Iterator[str]:
     """Name of a port at which the device answers, for the block; after so many bytes of the host it disappears."""
     master, slave = os.openpty()
     tty.setraw(slave)

@@ -9,10 +9,11 @@ import numpy as np
 import pytest
 
 from golden.config import FUSED_1, RECURSIVE_1, RECURSIVE_2, MatcherConfig, OnePass, changed
+from golden.host.camera_device import CameraDevice
 from golden.host.loop_device import LoopDevice
-from golden.host.registers import register_map
 from golden.pictures.images import write_picture
 from golden.pictures.scenes import scene
+from golden.rig.config import RigConfig
 from sim import loop, run
 from sim.models.loop_line import LoopLine, device_at_port
 
@@ -58,6 +59,40 @@ def test_equals_golden(pair, capsys, method, options):
     assert (told["mismatches"], told["disparities"], told["width"], told["height"], told["repeated"]) == (0, LABELS, WIDTH, HEIGHT, 0)
     assert device.values["pairs"] == 1
     assert {"disparity.npy", "disparity.png", "left.txt"} <= set(told["files"])
+
+
+@pytest.mark.parametrize("method, options, rig", [
+    (LINEAR, [], None), (LINEAR, [], RigConfig()), (changed(FUSED_1, sub_pixel=True), ["--method", "fused", "--sub-pixel"], None),
+], ids=["thesis", "rig", "sub-pixel"])
+def test_system_with_cameras(pair, method, options, rig):
+    """Whole disparities, of the pair as it was sent; then all is as before, and the cameras are the source."""
+    device = CameraDevice(MatcherConfig(LABELS, WIDTH, method=method), HEIGHT, rig)
+    device.values["hold"] = 1
+    assert matched(LoopLine(device, to_board=faulty(CHANGES["changed"], 40, 11)), *options, "--baud", "115200") == 0
+    told = report()
+    assert (told["mismatches"], told["disparities"], told["baud"], told["repeated"] > 0) == (0, LABELS, 115_200, True)
+    assert told["line_frames_per_second"] == round(115_200 / (3 * HEIGHT * 10 * (14 + 32)), 3)
+    settings = {name: device._value(name) for name in ("source", "keep", "hold", *(("rectify", "balance") if rig else ()))}
+    assert settings == {"source": 0, "keep": 0, "hold": 1, **({"rectify": 1, "balance": 1} if rig else {})}
+
+
+def test_wrong_pixel_of_a_system_with_cameras(pair):
+    class Broken(CameraDevice):
+        def _match(self, pair):
+            super()._match(pair)
+            if self.kept:
+                self.kept[2][1, 5] ^= 1
+    device = Broken(CONFIG, HEIGHT)
+    assert matched(LoopLine(device), "--baud", "115200") == 1
+    assert report()["mismatches"] == 1
+
+
+def test_system_with_cameras_that_is_lost(pair, capsys):
+    """In the middle of the result: the cameras are to be the source as long as the line allows it."""
+    device = CameraDevice(CONFIG, HEIGHT)
+    line = LoopLine(device, to_host=lambda number, data: b"" if device._value("kept") and device._value("keep") else data)
+    assert "no answer in 4 attempts" in fails(capsys, line)
+    assert (device._value("source"), device._value("keep")) == (0, 0)
 
 
 def test_a_wrong_pixel_is_status_1(pair, capsys):
@@ -116,9 +151,8 @@ def fails(capsys, line, *options, port="none"):
 
 class Other(LoopDevice):
     """A board with another value of a constant."""
-    def __init__(self, name, value, config=CONFIG, registers=None):
-        super().__init__(config, HEIGHT)
-        self.registers = registers or self.registers
+    def __init__(self, name, value):
+        super().__init__(CONFIG, HEIGHT)
         self.values[name] = value
 
 
@@ -126,7 +160,8 @@ class Other(LoopDevice):
     (Other("identity", 0x1234), [], "its identity is 4660, not 21319 or 21324; choose another --hardware"),
     (Other("version", 9), [], "version 9 of the register map, this program version 1"),
     (Other("release", 0x1002), [], "from release 1.0.2 of this project, and this is "),
-    (Other("pairs", 0, registers=register_map(CONFIG, HEIGHT)), [], "the board is a system with cameras, which takes no pairs"),
+    (CameraDevice(CONFIG, HEIGHT + 1), [], "the pictures have 24x6 pixels, and the chip's cameras send 24x7; choose pictures of that size"),
+    (CameraDevice(CONFIG, HEIGHT), ["--fraction-bits", "2"], "other parameters of the method thesis than this command's"),
     (LoopDevice(CONFIG, HEIGHT), ["--disparities", "64"], "holds 8 disparities, the command says 64; say --disparities 8, or build again"),
     (LoopDevice(CONFIG, HEIGHT), ["--method", "fused"], "holds the method thesis, the command says fused; say --method thesis, or build"),
     (LoopDevice(CONFIG, HEIGHT), ["--fraction-bits", "2"], "other parameters of the method thesis than this command's"),

@@ -92,7 +92,7 @@ def test_get_and_set_on_the_chip(simulated, capsys):
     simulated.status |= {"pairs": 65535, "left_locked": 1, "decoder_step": 7}
     assert main(["--port", "none", "set", "u1=0x2A", "show=both", "in_use=20", "restart_setup=1"], simulated.connect) == 0
     assert capsys.readouterr().out == "u1 = 42 grey levels a pixel\nshow = both\nin_use = 20 labels\nrestart_setup = 1\n"
-    assert simulated.settings == {"u1": 42, "u2": 10, "u3": 5, "in_use": 20, "show": 2, "colour": 0, "hold": 0, "keep": 0}
+    assert simulated.settings == {"u1": 42, "u2": 10, "u3": 5, "in_use": 20, "show": 2, "colour": 0, "hold": 0, "keep": 0, "source": 0}
     assert simulated.actions == ["restart_setup"]
     assert main(["--port", "none", "get", "pairs", "left_locked", "decoder_step", "u1", "width"], simulated.connect) == 0
     assert capsys.readouterr().out == (
@@ -262,7 +262,7 @@ def test_other_chips(capsys):
         return FakeLine(registers=RegisterMap(tuple(changed)))
     assert f"its identity is 4660, not {IDENTITY}" in fails(capsys, "get u1", with_constant("identity", 0x1234))
     assert "the chip has the method 3, this program knows those from 0 to 2" in fails(capsys, "get u1", with_constant("method", 3))
-    assert "version 9 of the register map, this program version 5" in fails(capsys, "get u1", with_constant("version", 9))
+    assert "version 9 of the register map, this program version 6" in fails(capsys, "get u1", with_constant("version", 9))
     assert run(capsys, "set in_use=200", with_constant("disparities", 256))[0] == 2   # the fake itself still has 20
     assert "choose one of: 1 .. 20 labels" in fails(capsys, "set in_use=21")
 

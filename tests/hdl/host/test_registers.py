@@ -209,7 +209,7 @@ def test_reset_values():
 
     async def testbench(ctx):
         assert {name: ctx.get(dut.settings[name]) for name in SettingLayout(REGISTERS).members} == {
-            "u1": 1, "u2": 2, "u3": 3, "in_use": 20, "show": 0, "colour": 0, "hold": 0, "keep": 0,
+            "u1": 1, "u2": 2, "u3": 3, "in_use": 20, "show": 0, "colour": 0, "hold": 0, "keep": 0, "source": 0,
             "minimum": -16, "check": 1, "fill": 1, "median": 1,
             "rectify": 1, "balance": 1, "fixed_gain": 256, "fixed_offset": 0, "row_offset": 0, "map_side": 0, "map_address": 0,
             "map_low": 0, "map_middle": 0, "map_high": 0}
