@@ -1,4 +1,4 @@
-"""What a chip that takes blocks answers to bytes, and to pauses between them: requests, registers and block writes, without its pictures."""
+"""What a chip that takes blocks answers to bytes, and to pauses between them: registers and block writes, without its pictures."""
 
 from abc import ABC, abstractmethod
 

@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 
 from ..config import METHODS, MatcherConfig
-from .blocks import PLANES, SENT_PLANES
+from .blocks import PLANES
 from .build_id import parameter_digest, release
 from .registers import COUNT_MAX, Kind, Register, RegisterMap, setting_registers
 

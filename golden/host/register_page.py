@@ -62,7 +62,8 @@ def _protocol() -> list[str]:
     return [
         _paragraph(
             f"RS-232, {BAUD} baud, eight data bits, no parity, one stop bit.",
-            f"The host sends a request and the chip a reply, of {FRAME_BYTES} bytes each; a block follows the reply to a block read, and the request of a block write.",
+            f"The host sends a request and the chip a reply, of {FRAME_BYTES} bytes each; a block follows the reply to a block",
+            "read, and the request of a block write.",
             "One request at a time: the next one is sent after the reply."),
         "",
         "| byte | request | reply |",
@@ -97,9 +98,9 @@ def _protocol() -> list[str]:
         "",
         _paragraph(
             "A request whose next byte is not received within",
-            f"{1000 * FRAME_SECONDS:g} ms is dropped, and so is one with a byte without a stop bit. After that, after a byte that begins no",
-            "request, after status 1 or 5, and after a block write that was refused, the chip ignores everything until the line has been",
-            "silent for that long: so no pixel is ever taken for a request.",
+            f"{1000 * FRAME_SECONDS:g} ms is dropped, and so is one with a byte without a stop bit. After that, after a byte that begins",
+            "no request, after status 1 or 5, and after a block write that was refused, the chip ignores everything until the line has",
+            "been silent for that long: so no pixel is ever taken for a request.",
             "Each such event but a refusal is counted in `uart_errors`, as is each byte that is lost.",
             f"After any noise, a request sent after a pause of {1000 * QUIET_SECONDS:g} ms has a reply:",
             "the pause covers the time-out, and a reply to noise. At other rates the time-out is as many bits.",
@@ -165,19 +166,22 @@ def _block_write() -> list[str]:
         "",
         _paragraph(
             "A block write sends a line of a pair of the host's, which is matched and shown in place of the cameras' pairs. Write 1 to",
-            "`source`: no pair of the cameras starts from then on, and what they send is written over and over. The pair has buffers of its",
-            "own. The address is the plane, " + ", ".join(f"{number} {name}" for number, name in enumerate(SENT_PLANES)) + ", and the value",
-            "is the line, from 0. The six bytes of the request are followed by a block as that of a block read, whose bytes from `width` on",
-            "may have any value; then the reply is sent: status 0 if the line is in memory, 1 if the CRC is wrong or a byte was not received",
-            f"in time, and nothing has changed. For example, `{encode_request(example).hex(' ')}` and the block write line {example.value} of",
-            f"the right picture, and `{encode_reply(Reply(Status.OK, example.address, example.value)).hex(' ')}` confirms it."),
+            "`source`: no pair of the cameras starts from then on, and what they send is written over and over. The pair has buffers of",
+            "its own. The address is the plane, " + ", ".join(f"{number} {name}" for number, name in enumerate(SENT_PLANES)) + ", and the",
+            "value is the line, from 0. The six bytes of the request are followed by a block as that of a block read,",
+            "whose bytes from `width`",
+            "on may have any value; then the reply is sent: status 0 if the line is in memory, 1 if the CRC is wrong or a byte was not",
+            f"received in time, and nothing has changed. For example, `{encode_request(example).hex(' ')}` and the",
+            f"block write line {example.value}",
+            f"of the right picture, and `{encode_reply(Reply(Status.OK, example.address, example.value)).hex(' ')}` confirms it."),
         "",
         _paragraph(
             "Lines are sent in their order, those of the left picture first. Any line that was stored may be sent again, as after a reply",
-            "that was lost, and all lines after it must then be, too; one that is ahead is refused. `pair_whole` is 1 once the last line is",
-            "stored, and 0 from the next pair's first one on. `start_pair` has no effect before: a pair that is broken off is never shown.",
-            "It may be written again, to match the same pair with other settings, or to keep it. Write 0 to `source`, and the cameras' next",
-            "pair is matched. A block write takes as many bits as a block read."),
+            "that was lost, and all lines after it must then be, too; one that is ahead is refused. `pair_whole` is 1 once the last line",
+            "is stored, and 0 from the next pair's first one on. `start_pair` has no effect before: a pair that is broken off is never",
+            "shown. It may be written again, to match the same pair with other settings, or to keep it. Write 0 to",
+            "`source`, and the cameras'",
+            "next pair is matched. A block write takes as many bits as a block read."),
     ]
 
 

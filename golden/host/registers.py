@@ -14,8 +14,8 @@ from .build_id import parameter_digest, release
 from .protocol import Operation, Reply, Status, decode_request
 
 
-__all__ = ["CLOCK_BITS", "COUNT_MAX", "IDENTITY", "SETUPS", "VERSION", "Kind", "Register", "RegisterMap", "access", "answer", "register_map",
-           "setting_registers"]
+__all__ = ["CLOCK_BITS", "COUNT_MAX", "IDENTITY", "SETUPS", "VERSION", "Kind", "Register", "RegisterMap", "access", "answer",
+           "register_map", "setting_registers"]
 
 
 #: Value of ``identity``: "SG" in ASCII.
@@ -308,8 +308,8 @@ def register_map(config: MatcherConfig | None = None, height: int = 576, rig: Ri
         setting("colour", 0x15, 0, {0: "grey", 1: "colour"}, "how disparities are shown"),
         setting("keep", 0x80, 0, _NO_YES, "whether the next pair is kept in memory, for block reads"),
         Register("kept", 0x81, Kind.STATUS, 1, "a pair is kept: block reads find both pictures and the disparities", words=_NO_YES),
-        Register("clocks_high", 0x82, Kind.STATUS, (1 << CLOCK_BITS - 16) - 1, "clocks from the last pair's start to its disparities in memory, "
-                 "upper half", unit="65536 clocks"),
+        Register("clocks_high", 0x82, Kind.STATUS, (1 << CLOCK_BITS - 16) - 1, "clocks from the last pair's start to its disparities in "
+                 "memory, upper half", unit="65536 clocks"),
         Register("clocks_low", 0x83, Kind.STATUS, COUNT_MAX, "lower half", unit="clocks"),
         setting("source", 0x84, 0, {0: "cameras", 1: "host"}, "whose pairs are matched and shown"),
         Register("start_pair", 0x85, Kind.ACTION, 1, "matches the host's pair once, if pair_whole and source are 1", minimum=1),

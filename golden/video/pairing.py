@@ -173,8 +173,8 @@ class Pairing:
         now : int
             One more than in the previous call.
         events : collection of str
-            ``"done"``, ``"fetch"``, ``"hold"``, ``"release"``, ``"keep"``, ``"let_go"``, ``"host"``, ``"cameras"``, ``"put"``, and ``begin``,
-            ``complete``, ``abandoned`` of each writer after its name and a dot: ``"left_camera.begin"``.
+            ``"done"``, ``"fetch"``, ``"hold"``, ``"release"``, ``"keep"``, ``"let_go"``, ``"host"``, ``"cameras"``, ``"put"``, and
+            ``begin``, ``complete``, ``abandoned`` of each writer after its name and a dot: ``"left_camera.begin"``.
 
         Returns
         -------

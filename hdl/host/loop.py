@@ -165,7 +165,8 @@ class LoopBoard(Board):
         height, width = left.shape
         self._set({"picture_width": width, "picture_height": height, **config.defaults})
         start = time.perf_counter()
-        put_lines(chip, sent_lines((left, right), lambda pixels: pixels.tobytes()), self.baud, lambda done, total: report(f"{' and '.join(SENT_PLANES)} to the board", done, total))
+        put_lines(chip, sent_lines((left, right), lambda pixels: pixels.tobytes()), self.baud,
+                  lambda done, total: report(f"{' and '.join(SENT_PLANES)} to the board", done, total))
         sent = time.perf_counter()
         chip.write("start", 1)
         while not chip.read("kept"):

@@ -48,8 +48,8 @@ def _send(chip: Chip, left: NDArray[np.uint8], right: NDArray[np.uint8], baud: i
 
 def _check_size(size: tuple[int, int], held: tuple[int, int]) -> None:
     if size != held:
-        raise UserError(f"the pictures have {size[0]}x{size[1]} pixels, and the chip's cameras send {held[0]}x{held[1]}; choose pictures of "
-                        "that size")
+        raise UserError(f"the pictures have {size[0]}x{size[1]} pixels, and the chip's cameras send {held[0]}x{held[1]}; choose pictures "
+                        "of that size")
 
 
 def put(chip: Chip, left: NDArray[np.uint8], right: NDArray[np.uint8], baud: int, report: Callable[[int, int], None]) -> None:
@@ -70,7 +70,8 @@ def put(chip: Chip, left: NDArray[np.uint8], right: NDArray[np.uint8], baud: int
         Is given the number of lines sent, and that of all.
     """
     if not chip.system.cameras:
-        raise UserError(f"put is for a system with cameras, and this is {chip.system.about}; use python -m sim.run LEFT RIGHT --hardware PORT")
+        raise UserError(f"put is for a system with cameras, and this is {chip.system.about}; use python -m sim.run LEFT RIGHT "
+                        "--hardware PORT")
     height, width = left.shape
     _check_size((width, height), chip.size)
     if chip.read("hold"):

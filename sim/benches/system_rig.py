@@ -98,8 +98,10 @@ class Rig:
     DRIFT_PPM: ClassVar = {"left": -120, "right": 90}
     PHASE: ClassVar = {"left": 0.0, "right": 0.3}
 
-    #: Idle time after which the receiver expects the start of a request, in bits of the host's line.
-    QUIET_BITS = round(FRAME_SECONDS * BAUD) + 10 * FRAME_BYTES + 10
+    #: Longest pause within a request or a block, and the idle time after which the receiver expects the start of a request, in bits of
+    #: the host's line.
+    TIMEOUT_BITS = round(FRAME_SECONDS * BAUD)
+    QUIET_BITS = TIMEOUT_BITS + 10 * FRAME_BYTES + 10
 
     def __init__(self, dut: Any, *, seed: int = 1, timing: Ddr2Timing | None = None):
         size = SIZES[os.environ["SYSTEM_SIZE"]]
@@ -223,15 +225,23 @@ class Rig:
         data = encode_block(plane, line, stored_line(pixels))
         block = data[:-1] + bytes([data[-1] ^ spoiled])
         self.host.send(encode_request(Request(Operation.BLOCK_WRITE, plane, line)) + block[:part])
-        for _ in range(2 * (block_bits(len(block)) + self.QUIET_BITS) * UART_CYCLES):
+        if part is not None:
+            while not self.host.idle:
+                await self.exchange()
+            await self.silence(self.TIMEOUT_BITS - 20)
+        for _ in range(2 * block_bits(len(block)) * UART_CYCLES):
             await self.exchange()
             if (reply := first_reply(bytes(self.host.received))) and self.host.idle:
                 assert reply.address == plane
                 if reply.status is not Status.OK:
-                    for _ in range(self.QUIET_BITS * UART_CYCLES):
-                        await self.exchange()
+                    await self.silence(self.QUIET_BITS)
                 return reply.status
         raise TimeoutError(f"no reply to line {line}")
+
+    @staticmethod
+    async def silence(bits: int) -> None:
+        """So many bits of the host's line, in which nobody sends."""
+        await Timer(round(bits * UART_CYCLES / CLOCK_HZ * 1e9), "ns")
 
     # The monitor.
 

@@ -36,7 +36,8 @@ class LoopLine:
     writes : int
         Of the host.
     """
-    def __init__(self, device: SerialDevice, to_board: Callable[[int, bytes], bytes] = _good, to_host: Callable[[int, bytes], bytes] = _good):
+    def __init__(self, device: SerialDevice, to_board: Callable[[int, bytes], bytes] = _good,
+                 to_host: Callable[[int, bytes], bytes] = _good):
         self.device, self.to_board, self.to_host = device, to_board, to_host
         self.writes = 0
         self._sent = 0

@@ -233,7 +233,7 @@ def test_kept_pair():
 
 
 def test_pair_of_the_host():
-    """By hand: asked for twice, the second time while it is read; kept; the cameras' frames wait, and are a pair once they are the source."""
+    """By hand: asked for twice, the second time while it is read; kept."""
     dut = BufferControl(3, 4, 100)
     events = PAIR | {14: "put", 18: "disparity_plane.begin left_plane.begin", 20: "put", 25: "reader.done",
                      26: "disparity_plane.complete left_plane.complete"}
