@@ -96,10 +96,13 @@ def test_request_after_noise(seed):
 
 
 def test_bytes_that_come_too_early():
-    """While a reply is sent the first one waits, to be passed over then; the two after it are lost. All three are counted."""
+    """While a reply is sent the first one waits, and begins no request then; the two after it are lost. All three are counted."""
     simulated = chip()
     simulated.write(READ_U1 + bytes(3))
     assert decode_reply(simulated.read(FRAME_BYTES, 2e-3)) == Reply(Status.OK, 0x10, 1)
+    simulated.line.send_level(1, FRAME_BITS + 10)
+    while not simulated.line.idle:
+        simulated.advance(16)
     assert transact(simulated, Request(Operation.READ, REGISTERS["uart_errors"].address)).value == 3
 
 
