@@ -70,17 +70,26 @@ def guard_start() -> None:
 
 
 @contextlib.contextmanager
-def _signals() -> Iterator[None]:
-    """Within the block signals are exceptions, so that temporary folders go and child processes end. A signal that is ignored stays so."""
+def _signals() -> Iterator[Callable[[], contextlib.AbstractContextManager[None]]]:
+    """Within a block of the function that is yielded, signals are exceptions, so that temporary folders go and child processes end.
+
+    A signal that comes before such a block is met in it; one that comes after it is passed on to who handled signals before. A signal that
+    is ignored stays so.
+    """
     if threading.current_thread() is not threading.main_thread():
-        yield
+        yield contextlib.nullcontext
         return
     last = -_DEAF_SECONDS
     unraisable = sys.unraisablehook
+    raising = False
+    held: list[int] = []
 
     def end(number: int, frame: FrameType | None) -> None:
         nonlocal last
         if time.monotonic() - last < _DEAF_SECONDS:
+            return
+        if not raising:
+            held.append(number)
             return
         last = time.monotonic()
         # A half-built design is no mistake now: Amaranth would warn of every component.
@@ -97,18 +106,32 @@ def _signals() -> Iterator[None]:
         number = getattr(args.exc_value, "number", signal.SIGINT)
         threading.Timer(0.01, os.kill, (os.getpid(), number)).start()
 
+    @contextlib.contextmanager
+    def raised() -> Iterator[None]:
+        nonlocal raising
+        try:
+            raising = True
+            for number in held[:1]:
+                held.clear()
+                end(number, None)
+            yield
+        finally:
+            raising = False
+
     before = {number: signal.getsignal(number) for number in _SIGNALS}
     for number, handler in before.items():
         if handler not in (signal.SIG_IGN, None):
             signal.signal(number, end)
     sys.unraisablehook = again
     try:
-        yield
+        yield raised
     finally:
         sys.unraisablehook = unraisable
         for number, handler in before.items():
             if handler not in (signal.SIG_IGN, None):
                 signal.signal(number, handler)
+        for number in held[:1]:
+            signal.raise_signal(number)
 
 
 class _Unwritable(BaseException):
@@ -169,10 +192,11 @@ def _output() -> Iterator[None]:
                 reconfigure(errors=errors)
 
 
-def _result(function: Callable[[Sequence[str] | None], int | None], argv: Sequence[str] | None) -> tuple[int, str]:
-    """Exit status of a command's body, and the sentence to print, empty if there is none."""
+def _result(function: Callable[[Sequence[str] | None], int | None], argv: Sequence[str] | None,
+            raised: Callable[[], contextlib.AbstractContextManager[None]]) -> tuple[int, str]:
+    """Exit status of a command's body, in which signals are ``raised``, and the sentence to print, empty if there is none."""
     try:
-        with _output():
+        with raised(), _output():
             return function(argv) or 0, ""
     except UserError as error:
         return 2, str(error)
@@ -213,8 +237,8 @@ def run_cli(function: Callable[[Sequence[str] | None], int | None], argv: Sequen
         What ``function`` returned; 2 after a :class:`UserError`, when memory or disk ran out, or when stdout cannot be written; 130 when
         interrupted, 143 after SIGTERM, 129 after SIGHUP; 141, without a sentence, when nobody reads stdout any more.
     """
-    with _signals():
-        status, sentence = _result(function, argv)
+    with _signals() as raised:
+        status, sentence = _result(function, argv, raised)
         if sentence:
             _say(prog, sentence)
         return status

@@ -5,14 +5,14 @@ import json
 import os
 import secrets
 import tempfile
-from collections.abc import Collection, Iterator
+from collections.abc import Callable, Collection, Iterator
 from pathlib import Path
 from typing import Any, BinaryIO
 
 from .errors import UserError
 
 
-__all__ = ["atomic", "check_folder", "check_output", "output_folder", "remove_stale", "write_json"]
+__all__ = ["atomic", "check_folder", "check_output", "output_folder", "parsed", "remove_stale", "write_json"]
 
 
 def _beside(path: Path) -> Path:
@@ -46,6 +46,20 @@ def write_json(path: str | os.PathLike[str], document: Any) -> None:
     """Write a document of JSON, indented, whole or not at all."""
     with atomic(path) as file:
         file.write(f"{json.dumps(document, indent=2)}\n".encode())
+
+
+def parsed(parse: Callable[[str], Any], text: str) -> Any:
+    """What ``parse`` makes of a text; :class:`ValueError` also if its brackets are nested deeper than Python's own calls may be.
+
+    Examples
+    --------
+    >>> parsed(json.loads, "[[1]]")
+    [[1]]
+    """
+    try:
+        return parse(text)
+    except RecursionError:
+        raise ValueError("its brackets are nested too deeply") from None
 
 
 def check_output(path: str | os.PathLike[str], suffixes: Collection[str], option: str = "--output") -> Path:
@@ -166,11 +180,11 @@ def remove_stale(folder: Path, manifest: str, keys: Collection[str], written: Co
         Names of the files of this run.
     """
     try:
-        document = json.loads((folder / manifest).read_bytes())
+        document = parsed(json.loads, (folder / manifest).read_text(encoding="utf-8"))
         listed = document["files"] if all(key in document for key in keys) else []
         names = [name for name in listed if Path(name).name == name]
     except (OSError, ValueError, KeyError, TypeError):
         return
     for name in {*names} - {*written, manifest}:
-        with contextlib.suppress(OSError):
+        with contextlib.suppress(OSError, ValueError):      # a name may be none that a file can have
             (folder / name).unlink()

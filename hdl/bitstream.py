@@ -10,6 +10,8 @@ from typing import Any, NamedTuple
 
 from rich.table import Table
 
+from golden.files import parsed
+
 
 __all__ = ["Bitstream", "ClockRate", "Placed", "digest", "placed_before"]
 
@@ -91,7 +93,7 @@ def digest(files: Mapping[str, str], packages: Iterable[str]) -> str:
 def placed_before(folder: Path, manifest: str, sources: str) -> Placed | None:
     """What an earlier run told of the bitstream in ``folder``, if it is there and was made of the same sources; ``None`` otherwise."""
     try:
-        entry = json.loads((folder / manifest).read_bytes())["bitstream"]
+        entry = parsed(json.loads, (folder / manifest).read_text(encoding="utf-8"))["bitstream"]
         if entry.pop("sources") != sources:
             return None
         placed = Placed(**{**entry, "clocks": [ClockRate(**clock) for clock in entry["clocks"]]})

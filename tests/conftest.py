@@ -3,14 +3,26 @@
 import os
 import pathlib
 import sys
+import tempfile
 
 import pytest
+from hypothesis import HealthCheck, configuration, settings
 
 
 # Another Yosys prints other text. Set before anything imports Amaranth's back end.
 os.environ["AMARANTH_USE_YOSYS"] = "builtin"
 # The tools that pip installed beside this Python are found without activating the environment.
 os.environ["PATH"] = os.pathsep.join([str(pathlib.Path(sys.executable).parent), os.environ.get("PATH", os.defpath)])
+
+
+# Examples are the same in every run, whatever the machine's load, and none is kept: a failure is that of the sources.
+# `deep` is for `python -m sim.verify properties`.
+FIXED = settings(derandomize=True, deadline=None, database=None, print_blob=False, suppress_health_check=list(HealthCheck))
+settings.register_profile("fixed", FIXED, max_examples=20)
+settings.register_profile("deep", FIXED, max_examples=1000)
+settings.load_profile("fixed")
+# What Hypothesis caches is no file of the repository.
+configuration.set_hypothesis_home_dir(pathlib.Path(tempfile.gettempdir()) / "hypothesis")
 
 
 class NoSkips:

@@ -8,7 +8,7 @@ from typing import Any, ClassVar, Protocol
 
 from ..config import FUSED_1, FUSED_2, FUSED_3, METHODS, RECURSIVE_1, RECURSIVE_2, Method, changed, value_of
 from ..errors import UserError
-from ..files import atomic
+from ..files import atomic, parsed
 
 
 __all__ = ["NAMED", "PARAMETER_SUFFIX", "NamedMethod", "default_parameters", "read_parameters", "write_parameters"]
@@ -56,7 +56,7 @@ def read_parameters(path: str | os.PathLike[str], method: str) -> Any:
     if str(path) in sets:
         return sets[str(path)]
     try:
-        document = tomllib.loads(path.read_text(encoding="utf-8"))
+        document = parsed(tomllib.loads, path.read_text(encoding="utf-8"))
     except OSError as error:
         named = ", ".join(sets)
         raise UserError(f"cannot read {path}: {error.strerror or error}; name {named} or a file that golden tune has written") from error

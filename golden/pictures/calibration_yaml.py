@@ -9,6 +9,7 @@ from typing import Any
 import yaml
 
 from ..errors import UserError
+from ..files import parsed
 from ..notes import note
 from .calibration import Calibration, Matrix, from_projections
 
@@ -79,8 +80,8 @@ def read_mapping(path: Path, text: str) -> dict[Any, Any]:
     if text.lstrip().startswith("<?xml"):
         raise UserError(f"{path} is XML; let OpenCV's FileStorage write it to a file with the suffix .yml")
     try:
-        document = next(yaml.safe_load_all(_OPENCV_TAG.sub("", _OPENCV_HEADER.sub("", text))), None)
-    except yaml.YAMLError as error:
+        document = parsed(lambda text: next(yaml.safe_load_all(text), None), _OPENCV_TAG.sub("", _OPENCV_HEADER.sub("", text)))
+    except (yaml.YAMLError, ValueError) as error:       # a date that is none, for example
         raise UserError(f"{path} cannot be read as YAML: {error}; check the file") from None
     if not isinstance(document, dict):
         raise UserError(f"{path} holds no names and values; {_ROS_HELP}")

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from ..config import PIXEL_MAX, MatcherConfig
 from ..errors import UserError
+from ..files import parsed
 from ..notes import note
 from .dataset import MASKS, PAIRS, StereoPair, data_folder, load_pair, read_mask, same_size
 from .disparities import read_disparity
@@ -172,14 +173,14 @@ def _meta(path: Path, layout: Layout, height: int) -> Meta:
     document: Any = {}
     try:
         if path.exists() or layout is OURS:
-            document = json.loads(path.read_text(encoding="utf-8"))
+            document = parsed(json.loads, path.read_text(encoding="utf-8"))
         if layout is MIDDLEBURY and height in SCALES:
             document = {"scale": SCALES[height], **document}
         greatest = document.get("disp_range", (0, None))[1]
         # Unknown disparities are 0 anyway; named, a truth that has none would be worth a note.
         meta = Meta(float(document["scale"]), float(document.get("unknown_value", 0)) or None,
                     None if greatest is None else int(greatest) + 1)
-    except (OSError, ValueError, KeyError, TypeError, IndexError, AttributeError) as error:
+    except (OSError, ValueError, KeyError, TypeError, IndexError, AttributeError, OverflowError) as error:
         heights = ", ".join(map(str, SCALES))
         why = f"; {height} lines are none of Middlebury's {heights}, which would" if layout is MIDDLEBURY and not path.exists() else ""
         raise UserError(f"{path} does not tell the scale of the disparities ({error!r}){why}; "

@@ -9,7 +9,7 @@ from typing import Any
 from numpy.typing import NDArray
 
 from ..errors import UserError
-from ..files import write_json
+from ..files import parsed, write_json
 from .lines import check_rows, lines_needed
 from .maps import RectifyMap, pack, unpack
 from .rectify import ROW_OFFSETS, move_rows, rectify
@@ -82,7 +82,7 @@ def read_rig(path: str | os.PathLike[str]) -> Rig:
     path = Path(path)
     path = path / RIG_NAME if path.is_dir() else path
     try:
-        document = json.loads(path.read_text(encoding="utf-8"))
+        document = parsed(json.loads, path.read_text(encoding="utf-8"))
     except OSError as error:
         raise UserError(f"cannot read {path}: {error.strerror}; give the {RIG_NAME} of golden calibrate, or its folder") from error
     except ValueError:
@@ -98,4 +98,5 @@ def read_rig(path: str | os.PathLike[str]) -> Rig:
     except KeyError as error:
         raise UserError(f"{path} has no {error.args[0]}; calibrate again") from None
     except (TypeError, ValueError, OverflowError) as error:
-        raise UserError(f"{path} cannot be a rig: {error}") from None
+        remedy = "" if "; " in str(error) else "; calibrate again"
+        raise UserError(f"{path} cannot be a rig: {error}{remedy}") from None

@@ -155,7 +155,7 @@ def _run(connect: Callable[[str, int], AbstractContextManager[Transport]], argv:
     if options.command == "list" and options.port is None:
         return _list(register_map(rig=RigConfig()), "the reset value and the maximum of in_use depend on the build")
     if options.port is None:
-        raise UserError("--port is missing: name the serial port that the line is plugged into, such as --port /dev/ttyUSB0")
+        raise UserError("--port is missing; name the serial port that the line is plugged into, such as --port /dev/ttyUSB0")
     for name, (least, greatest) in _LIMITS.items():
         value = getattr(options, name, None)
         if value is not None and not least <= value <= greatest:

@@ -11,7 +11,7 @@ from rich.progress import Progress
 from golden.cli import Parser, progress
 from golden.config import Arithmetic, Engine, MatcherConfig, OnePass
 from golden.errors import UserError, run_cli
-from golden.files import atomic, check_output
+from golden.files import atomic, check_output, parsed
 from golden.lab.published import TABLE_3
 from golden.pages import digest, origin, table
 
@@ -89,9 +89,10 @@ def _table_3(clocks: Sequence[dict]) -> list[str]:  # type: ignore[type-arg]
 
 def _read_clock(path: Path) -> dict:  # type: ignore[type-arg]
     try:
-        clock = json.loads(path.read_text())
+        clock = parsed(json.loads, path.read_text(encoding="utf-8"))
+        _table_3([clock])       # what is wrong with it is told before the minutes of counting
         return {key: clock[key] for key in ("engine", "width", "height", "disparities", "clock_mhz", "clock_device")}
-    except (OSError, ValueError, KeyError, TypeError) as error:
+    except (OSError, ValueError, KeyError, TypeError, AttributeError, OverflowError, ZeroDivisionError) as error:
         raise UserError(f"{path} is not what `python -m hdl.resources --clock --json {path}` writes ({error}); run that command") from error
 
 

@@ -248,6 +248,9 @@ def test_placed_before(tmp_path):
     (tmp_path / "manifest.json").write_text(json.dumps({"bitstream": placed(MET).about("x")}))
     assert placed_before(tmp_path, "manifest.json", "x") == placed(MET)
     assert placed_before(tmp_path, "manifest.json", "y") is None
+    (tmp_path / "manifest.json").write_text("[" * 100_000)
+    assert placed_before(tmp_path, "manifest.json", "x") is None
+    (tmp_path / "manifest.json").write_text(json.dumps({"bitstream": placed(MET).about("x")}))
     (tmp_path / "stereo.bit").unlink()
     assert placed_before(tmp_path, "manifest.json", "x") is None
 

@@ -10,7 +10,8 @@ from pathlib import Path
 
 import pytest
 
-from golden.errors import guard_start, run_cli
+from golden import errors
+from golden.errors import UserError, guard_start, run_cli
 
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -50,6 +51,43 @@ def command(body, **options):
 def ended(process):
     out, err = process.communicate(timeout=60)
     return process.returncode, out, err.decode()
+
+
+@pytest.mark.parametrize("number, told, status", ENDINGS)
+def test_signal_before_and_after_the_body(monkeypatch, capsys, number, told, status):
+    """While handlers are set the body has not begun: it ends there. While the sentence is said it has ended: the signal is passed on."""
+    seen = []
+    before = signal.signal(number, lambda number, frame: seen.append(number))
+    set_handler, said = signal.signal, errors._say
+
+    def hit(*arguments):
+        result = set_handler(*arguments)
+        signal.raise_signal(number)
+        return result
+
+    def hit_again(*arguments):
+        signal.raise_signal(number)
+        said(*arguments)
+
+    def refuse(argv):
+        raise UserError("that is wrong; do it right")
+
+    try:
+        with monkeypatch.context() as context:
+            context.setattr(errors.signal, "signal", hit)
+            assert run_cli(lambda argv: pytest.fail("began"), [], "prog") == status
+        assert capsys.readouterr().err == f"prog: {told}\n"
+        seen.clear()        # when the first handlers were set, those before were there still
+        with monkeypatch.context() as context:
+            context.setattr(errors, "_say", hit_again)
+            assert run_cli(refuse, [], "prog") == 2
+        assert capsys.readouterr().err == "prog: that is wrong; do it right\n" and seen == [number]
+        with monkeypatch.context() as context:      # within another command, that one is ended
+            context.setattr(errors, "_say", hit_again)
+            assert run_cli(lambda argv: run_cli(refuse, argv, "inner"), [], "prog") == status
+        assert capsys.readouterr().err == f"inner: that is wrong; do it right\nprog: {told}\n"
+    finally:
+        set_handler(number, before)
 
 
 @pytest.mark.parametrize("number, told, status", ENDINGS)

@@ -192,6 +192,13 @@ def test_no_stale_files_without_a_manifest(tmp_path):
     assert [path.name for path in tmp_path.iterdir()] == ["a"]
 
 
+@pytest.mark.parametrize("text", ["[" * 100_000, json.dumps({"files": ["\0", "\ud800"], **dict.fromkeys(KEYS)})], ids=["deep", "no names"])
+def test_no_stale_files_of_a_hostile_manifest(tmp_path, text):
+    (tmp_path / "report.json").write_text(text)
+    remove_stale(tmp_path, "report.json", KEYS, [])
+    assert (tmp_path / "report.json").read_text() == text
+
+
 def fail(error):
     raise error
 

@@ -3,6 +3,8 @@
 import importlib.util
 import subprocess
 import sys
+import tempfile
+from collections.abc import Sequence
 from pathlib import Path
 
 from ...errors import UserError
@@ -62,7 +64,15 @@ def find_resources(cache: Path, quick: bool) -> dict[int, Table] | None:
             return None
         check_output(page, (".md",), "--cache")
         clock = ["--clock", str(CLOCK)] if CLOCK.exists() else []
-        status = run_program([sys.executable, "-m", COMMAND.split()[-1], "--output", str(page), *clock], stdout=subprocess.DEVNULL)
-        if status:
-            raise UserError(f"{COMMAND} ended with status {status}; {REMEDY}")
+        _count([sys.executable, "-m", COMMAND.split()[-1], "--output", str(page), *clock])
     return read_resources(page)
+
+
+def _count(command: Sequence[str]) -> None:
+    """Run the command that counts. Its bar is shown on a terminal; its sentence, if it ends otherwise than well, is part of ours."""
+    with tempfile.TemporaryFile() as told:
+        status = run_program(command, stdout=subprocess.DEVNULL, stderr=None if sys.stderr and sys.stderr.isatty() else told)
+        told.seek(0)
+        reason = told.read().decode(errors="replace").strip().rpartition("\n")[2]
+    if status:
+        raise UserError(f"{COMMAND} ended with status {status}{reason and f' ({reason})'}; {REMEDY}")

@@ -28,6 +28,7 @@ def test_what_is_not_named_is_the_default(tmp_path):
     (None, "cannot read .*a.toml: No such file"),
     ("u1 =", "a.toml is not a TOML file"),
     ("", r"a.toml is not one table \[fused\]"),
+    ("fused = " + "[" * 100_000, "a.toml is not a TOML file: its brackets are nested too deeply"),
     ("fused = 3", r"a.toml is not one table \[fused\]"),
     ("[fused]\n[other]", r"a.toml is not one table \[fused\]"),
     ("[fused]\nu4 = 3", "a.toml names u4, which is no parameter; those are truncation, "),

@@ -123,6 +123,8 @@ def test_ros_right_camera(read, capsys):
     ((opencv(matrix("Q", Q.replace("0., 500.", ".Nan, 500."), 4, 4)),), "has a matrix Q that is not 16 numbers"),
     (("<?xml version=\"1.0\"?>\n<opencv_storage>\n</opencv_storage>\n",), "is XML; let OpenCV's FileStorage write it to a file with"),
     (("P1: [1, 2\n",), "cannot be read as YAML"),
+    (("Q: " + "[" * 20_000,), "cannot be read as YAML: its brackets are nested too deeply"),
+    (("Q: 1\nday: 2001-13-32\n",), "cannot be read as YAML: month must be in 1..12"),
     (("- Q: 1\n",), "is not a calibration that can be read"),
     (("[{\nQ: 1}]\n",), "holds no names and values"),
 ])

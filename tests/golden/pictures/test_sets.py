@@ -138,6 +138,8 @@ def test_the_benchmark_is_known_by_its_pairs(tmp_path, capsys):
     (lambda folder: (folder / "a" / "meta.json").write_text('{"disp_range": [0, 0]}'), "needs 1 labels, not 2 to 256"),
     (lambda folder: (folder / "a" / "meta.json").write_text('{"scale": -3}'), "has the scale -3, which is not above 0"),
     (lambda folder: (folder / "a" / "meta.json").write_text('{"scale": "x"}'), "does not tell the scale"),
+    (lambda folder: (folder / "a" / "meta.json").write_text('{"disp_range": [0, 1e999]}'), "does not tell the scale"),
+    (lambda folder: (folder / "a" / "meta.json").write_text("[" * 100_000), "its brackets are nested too deeply"),
 ])
 def test_refused(tmp_path, change, message):
     write_set(tmp_path / "a", "middlebury", height=370)

@@ -308,7 +308,7 @@ def test_nothing_is_written_unless_all_is_good(capsys):
 
 def test_port_is_missing(capsys):
     assert main(["get", "u1"]) == 2
-    assert "--port is missing" in capsys.readouterr().err
+    assert "--port is missing; name the serial port" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("port", ["none/ttyS0", "."])

@@ -86,6 +86,14 @@ def test_a_count_that_fails(counted, tmp_path, monkeypatch):
     with pytest.raises(UserError, match=r"hdl\.resources\.tables ended with status 2; .*--resources, .*--quick"):
         find_resources(tmp_path / "cache", quick=False)
 
+    def run(command, stderr, **options):
+        stderr.write(b"note: x\nhdl.resources.tables: that is wrong; correct it\n")
+        return 2
+
+    monkeypatch.setattr(resources, "run_program", run)      # its sentence is part of ours: there is one
+    with pytest.raises(UserError, match=r"ended with status 2 \(hdl\.resources\.tables: that is wrong; correct it\); "):
+        find_resources(tmp_path / "cache", quick=False)
+
 
 def test_without_the_gateware(counted, tmp_path, monkeypatch):
     monkeypatch.setattr(resources.importlib.util, "find_spec", lambda name: None)
