@@ -49,9 +49,9 @@ def code(path):
 
 def help_of(module, command, capsys):
     """What `python -m MODULE [COMMAND] --help` prints."""
-    entry = importlib.import_module(f"{module}.__main__" if module in ("golden", "hdl.resources") else module)
+    entry = importlib.import_module(f"{module}.__main__" if module in ("golden", "hdl.resources", "sim.verify") else module)
     with pytest.raises(SystemExit):
-        entry.main([*[command] * (module == "golden"), "--help"])
+        entry.main([*[command] * (module in ("golden", "sim.verify")), "--help"])
     return capsys.readouterr().out
 
 
