@@ -25,6 +25,7 @@ COMMANDS = {
     "resources.md": "python -m hdl.resources.tables --clock docs/clock.json",
     "thesis.md": "python -m golden thesis",
     "thesis.html": "python -m golden thesis",
+    "verification.md": "python -m sim.verify report",
 }
 
 
