@@ -25,6 +25,9 @@ _BROKEN_PIPE = 128 + 13     # SIGPIPE, which Python ignores
 # Seconds after a signal in which others are ignored: `timeout`, `make` and service managers send two, and the first one is being obeyed.
 _DEAF_SECONDS = 1.0
 
+# Seconds after which a signal is sent once more, if what it raised was swallowed on the way.
+_AGAIN_SECONDS = 1.5
+
 # What a full disk, a quota or a read-only file system says of a temporary file; outputs have their own checks.
 _NO_SPACE = (errno.ENOSPC, errno.EDQUOT, errno.EROFS)
 
@@ -81,16 +84,28 @@ def _signals() -> Iterator[Callable[[], contextlib.AbstractContextManager[None]]
         return
     last = -_DEAF_SECONDS
     unraisable = sys.unraisablehook
-    raising = False
+    raising = resent = False
+    timer: threading.Timer | None = None
     held: list[int] = []
 
+    def send_again(number: int) -> None:
+        nonlocal resent
+        resent = True
+        os.kill(os.getpid(), number)
+
     def end(number: int, frame: FrameType | None) -> None:
-        nonlocal last
+        nonlocal last, resent, timer
+        was_resent, resent = resent, False
         if time.monotonic() - last < _DEAF_SECONDS:
             return
         if not raising:
-            held.append(number)
+            held.extend([] if was_resent else [number])
             return
+        timer = threading.Timer(_AGAIN_SECONDS, send_again, [number])
+        timer.daemon = True
+        timer.start()
+        if was_resent and isinstance(sys.exception(), KeyboardInterrupt | _Signalled):
+            return  # it is being obeyed: something cleans up, and takes its time
         last = time.monotonic()
         # A half-built design is no mistake now: Amaranth would warn of every component.
         warnings.simplefilter("ignore")
@@ -117,6 +132,8 @@ def _signals() -> Iterator[Callable[[], contextlib.AbstractContextManager[None]]
             yield
         finally:
             raising = False
+            if timer:
+                timer.cancel()
 
     before = {number: signal.getsignal(number) for number in _SIGNALS}
     for number, handler in before.items():

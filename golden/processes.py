@@ -4,6 +4,7 @@ import contextlib
 import os
 import signal
 import subprocess
+import time
 from collections.abc import Iterator, Sequence
 from typing import Any
 
@@ -43,10 +44,16 @@ def started(command: Sequence[str | os.PathLike[str]], **options: Any) -> Iterat
 def _end(process: "subprocess.Popen[Any]") -> None:
     """By SIGTERM, so that a command of ours ends what it has started; then, whatever is left, by SIGKILL."""
     for number in (signal.SIGTERM, signal.SIGKILL):
+        deadline = time.monotonic() + _GRACE
         with contextlib.suppress(ProcessLookupError, PermissionError):
             os.killpg(process.pid, number)
         with contextlib.suppress(subprocess.TimeoutExpired):
             process.wait(_GRACE)
+        # `make` ends before its compilers, which have temporary files to remove.
+        with contextlib.suppress(ProcessLookupError, PermissionError):
+            while time.monotonic() < deadline:
+                os.killpg(process.pid, 0)
+                time.sleep(0.02)
 
 
 def run_program(command: Sequence[str | os.PathLike[str]], **options: Any) -> int:

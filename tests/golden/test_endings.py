@@ -137,6 +137,41 @@ def test_signal_while_something_is_deleted():
     assert ended(process) == (143, b"", "prog: ended by SIGTERM\n")
 
 
+@pytest.mark.parametrize("number, told, status", ENDINGS)
+def test_signal_that_is_swallowed(number, told, status):
+    """Whatever was imported or called just then had a handler for everything: once more, later."""
+    process = command("""
+try:
+    print("ready", flush=True)
+    time.sleep(60)
+except BaseException:
+    pass
+for _ in range(600):
+    time.sleep(0.1)
+""")
+    assert process.stdout.readline() == b"ready\n"
+    process.send_signal(number)
+    assert ended(process) == (status, b"", f"prog: {told}\n")
+
+
+def test_signal_that_is_obeyed_at_length():
+    """What cleans up for longer than a swallowed signal is waited for is not disturbed, also where it is called from."""
+    process = command("""
+def clean_up():
+    for _ in range(45):
+        time.sleep(0.1)
+    print("cleaned up", flush=True)
+try:
+    print("ready", flush=True)
+    time.sleep(60)
+finally:
+    clean_up()
+""")
+    assert process.stdout.readline() == b"ready\n"
+    process.terminate()
+    assert ended(process) == (143, b"cleaned up\n", "prog: ended by SIGTERM\n")
+
+
 def test_ignored_signal_stays_ignored():
     """As `nohup` asks."""
     process = command("print('go', flush=True); time.sleep(0.5)", preexec_fn=lambda: signal.signal(signal.SIGHUP, signal.SIG_IGN))

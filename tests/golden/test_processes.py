@@ -56,3 +56,29 @@ def test_nothing_is_left(tmp_path, monkeypatch, error, habit):
         raise error
     assert process.returncode is not None
     wait_for(lambda: not alive(int(note.read_text())))
+
+
+# Ends at once, and what it has started removes a file before it ends, which takes it a while.
+DRIVER = """
+import os, signal, subprocess, sys, time
+child = subprocess.Popen([sys.executable, "-c", '''
+import os, signal, sys, time
+def end(number, frame):
+    time.sleep(0.5)
+    os.unlink(sys.argv[1])
+    sys.exit(1)
+signal.signal(signal.SIGTERM, end)
+open(sys.argv[1], "x").close()
+time.sleep(60)
+''', sys.argv[1]])
+time.sleep(60)
+"""
+
+
+def test_what_a_program_has_started_may_clean_up(tmp_path):
+    """As a compiler does that ``make`` has started."""
+    temporary = tmp_path / "cc.s"
+    with pytest.raises(KeyboardInterrupt), started([sys.executable, "-c", DRIVER, str(temporary)]):
+        wait_for(temporary.exists)
+        raise KeyboardInterrupt
+    assert not temporary.exists()
