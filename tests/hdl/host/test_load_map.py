@@ -298,7 +298,7 @@ class SimulatedRig(SimulatedChip):
         registers = register_map(MatcherConfig(labels=20, max_width=16), 16, RigConfig())
         # Without those that are of no use here, for the time of the simulation.
         used = [each for each in registers if each.address < 0x10 or "map" in each.name or each.name in (
-            "rectify", "row_offset", "clear_counters", "uart_errors", "keep", "kept")]
+            "rectify", "row_offset", "clear_counters", "uart_errors", "keep", "kept", "source", "start_pair", "pair_whole")]
         super().__init__(RegisterMap(tuple(used)), bit_cycles=self.BIT, system=LoadedRegisters)
         self.requests = 0
 
