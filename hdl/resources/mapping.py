@@ -131,15 +131,18 @@ def _memories(text: str) -> dict[str, int]:
     return sizes
 
 
-def map_cyclone3(component: Any, name: str, report: Callable[[str], None] = lambda step: None) -> Mapped:
-    """Map ``component``, flattened, to Cyclone III elements, beginning with its Verilog, :func:`hdl.emit.verilog_text`."""
+def map_cyclone3(component: Any, name: str, report: Callable[[str], None] = lambda step: None, folder: Path | None = None) -> Mapped:
+    """Map ``component``, flattened, to Cyclone III elements, beginning with its Verilog, :func:`hdl.emit.verilog_text`.
+
+    With ``folder``, which exists, the netlist is left there as ``netlist.json``.
+    """
     with tempfile.TemporaryDirectory(prefix="resources-") as temporary:
-        folder = Path(temporary)
-        (folder / "design.v").write_text(verilog_text(component, name=name))
-        run_yosys(Tool.PYOSYS, _INSTANCES.format(top=name), folder, report)
-        (folder / "marked.il").write_text(_marked((folder / "instances.il").read_text()))
-        run_yosys(Tool.PYOSYS, _SCRIPT.format(files=_FILES, top=name), folder, report)
-        written = _memories((folder / "memories.il").read_text())
-        small = _memories((folder / "small_memories.il").read_text())
+        work = Path(temporary) if folder is None else folder
+        (work / "design.v").write_text(verilog_text(component, name=name))
+        run_yosys(Tool.PYOSYS, _INSTANCES.format(top=name), work, report)
+        (work / "marked.il").write_text(_marked((work / "instances.il").read_text()))
+        run_yosys(Tool.PYOSYS, _SCRIPT.format(files=_FILES, top=name), work, report)
+        written = _memories((work / "memories.il").read_text())
+        small = _memories((work / "small_memories.il").read_text())
         memories = tuple(Memory(path, bits) for path, bits in written.items() if path not in small)
-        return Mapped(name, read_netlist(folder / "netlist.json")[name], memories)
+        return Mapped(name, read_netlist(work / "netlist.json")[name], memories)

@@ -28,7 +28,7 @@ from .places import clean_environment, copied, full_disk, link_tools, relative
 from .store import ROOT, Store, models
 
 
-__all__ = ["ECP5_STUBS", "ROOT", "SIMULATORS", "STUBS", "SimulationError", "build", "lint", "require", "run"]
+__all__ = ["COVERAGE", "ECP5_STUBS", "ROOT", "SIMULATORS", "STUBS", "SimulationError", "build", "lint", "require", "run"]
 
 
 SIMULATORS = ("verilator", "icarus")
@@ -37,6 +37,12 @@ SIMULATORS = ("verilator", "icarus")
 STUBS = tuple(sorted((ROOT / "sim" / "stubs").glob("*.v")))
 #: The same for boards with an ECP5.
 ECP5_STUBS = (ROOT / "sim" / "stubs" / "ecp5_board" / "blocks.v",)
+
+#: Environment variable with the folder that takes the coverage of each run on Verilator; without, none is collected.
+COVERAGE = "STEREO_COVERAGE"
+# Each point of a line, both ways of a branch and of a multiplexer, and both directions of each bit. Verilator 5.48 ends with an internal
+# error where it looks for state machines, --coverage-fsm.
+_COVERAGE = ("--coverage-line", "--coverage-toggle")
 
 # What cocotb 2.1 needs.
 _VERILATOR_VERSION = (5, 36)
@@ -259,7 +265,7 @@ def build(simulator: str, sources: Iterable[str | os.PathLike[str]], toplevel: s
         small = sum(file.stat().st_size for file in files) <= _ONE_FILE
         # With all signals public the optimiser needs more than ten minutes.
         changes = {"MAKEFLAGS": _MAKEFLAGS.format(fast="-O0" if debug or brief else "-O1") + _AS_ONE_FILE * small}
-        arguments = [*_WARNINGS, *(() if debug else _PORTS_ONLY)]
+        arguments = [*_WARNINGS, *(() if debug else _PORTS_ONLY), *(_COVERAGE if COVERAGE in os.environ else ())]
     else:
         changes = {}
         # The file that makes Icarus dump waves is not Verilog-2001.
@@ -334,8 +340,8 @@ def run(simulator: str, toplevel: str, build_dir: str | os.PathLike[str], test_m
     if simulator == "verilator":
         libraries = [str(libs_dir), *filter(None, [os.environ.get("LD_LIBRARY_PATH")])]
         changes["LD_LIBRARY_PATH"] = os.pathsep.join(libraries)
-        # A register without an initial value is noise, as it is X in Icarus.
-        test_args += ["+verilator+rand+reset+2", "+verilator+seed+1"]
+        # A register without an initial value is noise, as it is X in Icarus. But noise would be counted as covered.
+        test_args += [f"+verilator+rand+reset+{0 if COVERAGE in os.environ else 2}", "+verilator+seed+1"]
         if waves is not None:
             test_args += ["--trace-file", str(Path(waves).resolve())]
     elif waves is not None:
@@ -354,4 +360,8 @@ def run(simulator: str, toplevel: str, build_dir: str | os.PathLike[str], test_m
         raise SimulationError(f"{failed} of {tests} tests of {test_module} failed on {simulator}{_tail(log_file, 40)}")
     if tests == 0:
         raise SimulationError(f"no test of {test_module} ran on {simulator}{_tail(log_file)}")
+    if simulator == "verilator" and COVERAGE in os.environ:
+        # Each run has a file of its own there. The simulator wrote it where it ran, because it does not accept every character in a name.
+        with tempfile.NamedTemporaryFile(dir=os.environ[COVERAGE], suffix=".dat", delete=False) as file:
+            file.write((build_dir / "coverage.dat").read_bytes())
     return tests

@@ -16,9 +16,9 @@ module \$_SDFFCE_PP0P_ (input D, C, R, E, output Q);
 endmodule
 
 module \$_DFF_PP0_ (input D, C, R, output Q);
-  C3_FF _TECHMAP_REPLACE_ (.D(D), .CLK(C), .EN(1'b1), .CLR(R), .Q(Q));
+  C3_FF #(.ASYNC(1)) _TECHMAP_REPLACE_ (.D(D), .CLK(C), .EN(1'b1), .CLR(R), .Q(Q));
 endmodule
 
 module \$_DFFE_PP0P_ (input D, C, R, E, output Q);
-  C3_FF _TECHMAP_REPLACE_ (.D(D), .CLK(C), .EN(E), .CLR(R), .Q(Q));
+  C3_FF #(.ASYNC(1)) _TECHMAP_REPLACE_ (.D(D), .CLK(C), .EN(E), .CLR(R), .Q(Q));
 endmodule

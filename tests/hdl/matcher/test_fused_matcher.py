@@ -10,11 +10,11 @@ from golden.pictures.scenes import scene
 from hdl.matcher.matcher import Matcher
 from hdl.matcher.settings import setting_ports
 from sim.kit.cases import comparable, fused_words, noise, pixel_words
+from sim.kit.ragged import MAX_WIDTH, RAGGED, in_a_row, repaired
 from sim.kit.streams import run_stream
 from tests.kit import by_turns
 
 from .matcher_runs import after_reset, run_script
-from .ragged import MAX_WIDTH, RAGGED, in_a_row, repaired
 
 
 ALL = Refinement()

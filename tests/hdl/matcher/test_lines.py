@@ -12,9 +12,8 @@ from golden.matcher.lines import edata_memory
 from hdl.matcher.lines import EdataMemory, LineStore
 from hdl.matcher.stream import line_names
 from sim.kit.cases import column_words, comparable, noise, pixel_words
+from sim.kit.ragged import MAX_WIDTH, RAGGED, frame, repaired
 from sim.kit.streams import check_rules, receive, run_stream, send
-
-from .ragged import MAX_WIDTH, RAGGED, frame, repaired
 
 
 ROWS = [3, 5, 7]

@@ -9,11 +9,11 @@ from golden.matcher.labelling import match
 from golden.pictures.scenes import discriminates, scene
 from hdl.matcher.matcher import Matcher
 from sim.kit.cases import comparable, noise, pixel_words
+from sim.kit.ragged import MAX_WIDTH, RAGGED, frame, in_a_row, repaired
 from sim.kit.streams import run_stream
 from tests.kit import by_turns
 
 from .matcher_runs import after_reset, golden_words, run_script
-from .ragged import MAX_WIDTH, RAGGED, frame, in_a_row, repaired
 
 
 # Labels, arithmetic, fraction bits, width, height, longest line.

@@ -10,10 +10,10 @@ from golden.pictures.scenes import scene
 from hdl.matcher.matcher import Matcher
 from hdl.matcher.settings import setting_ports
 from sim.kit.cases import comparable, field_words, noise, pixel_words
+from sim.kit.ragged import MAX_WIDTH, RAGGED, repaired
 from sim.kit.streams import run_stream
 
 from .matcher_runs import after_reset, run_script
-from .ragged import MAX_WIDTH, RAGGED, repaired
 
 
 def config_of(labels, max_width, *, minimum=0, **parameters):

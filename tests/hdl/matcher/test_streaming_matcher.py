@@ -10,11 +10,11 @@ from golden.matcher.labelling import match
 from golden.pictures.scenes import discriminates, scene
 from hdl.matcher.matcher import Matcher
 from sim.kit.cases import comparable, noise, pixel_words
+from sim.kit.ragged import MAX_WIDTH, RAGGED, in_a_row, repaired
 from sim.kit.streams import run_stream
 from tests.kit import by_turns
 
 from .matcher_runs import after_reset, golden_words, run_script
-from .ragged import MAX_WIDTH, RAGGED, in_a_row, repaired
 
 
 def config_of(labels, max_width, fraction_bits=OnePass.fraction_bits, **settings):

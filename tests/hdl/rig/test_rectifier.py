@@ -13,9 +13,9 @@ from golden.rig.maps import grid, identity, pack
 from golden.rig.rectify import rectify
 from hdl.rig.rectifier import Rectifier
 from sim.kit.cases import comparable, noise, pixel_words
+from sim.kit.ragged import MAX_WIDTH, RAGGED, in_a_row, repaired
 from sim.kit.rig_cases import camera_map, noise_map, rectified_words
 from sim.kit.streams import check_rules, run_stream, send
-from tests.hdl.matcher.ragged import MAX_WIDTH, RAGGED, in_a_row, repaired
 
 
 SIDES = ("left", "right")

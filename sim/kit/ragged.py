@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from sim.kit.cases import noise, pixel_words
+from .cases import noise, pixel_words
 
 
 __all__ = ["MAX_WIDTH", "RAGGED", "cut", "frame", "in_a_row", "repaired", "without"]
