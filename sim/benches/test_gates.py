@@ -37,21 +37,23 @@ def inverted(found):
     return f".LUT({bits}'h{mask ^ (1 << bits) - 1:x})"
 
 
+# What is changed, and where among the cells that it could be. So small a picture shows half of all such faults: others are in high bits, in
+# settings that are not changed, behind stalls that do not occur.
 FAULTS = {
-    "table": (r"\.LUT\((\d+)'h(\w+)\)", inverted),
-    "operand of a carry": (r"\.INVERT\(32'd1\)", ".INVERT(32'd0)"),
-    "register without data": (r"(C3_FF \w+ \((?:\n *\.\w+\(.*\),)*?\n *\.D\()[^()]+\)", r"\g<1>1'h0)"),
-    "memory without data": (r"(?s)(C3_M9K #\(.*?\.WE\()[^()]+\)", r"\g<1>1'h0)"),
+    "table": (r"\.LUT\((\d+)'h(\w+)\)", inverted, 0.7),
+    "operand of a carry": (r"\.INVERT\(1'h0\)", ".INVERT(1'h1)", 0.1),
+    "register without data": (r"(C3_FF \w+ \((?:\n *\.\w+\(.*\),)*?\n *\.D\()[^()]+\)", r"\g<1>1'h0)", 0.3),
+    "memory without data": (r"(?s)(C3_M9K #\(.*?\.WE\()[^()]+\)", r"\g<1>1'h0)", 0.5),
 }
 
 
 @pytest.mark.parametrize("fault", FAULTS)
 def test_fault_is_seen(small, fault, tmp_path):
-    """One cell, in the middle of those of its kind, is not what it was."""
-    pattern, change = FAULTS[fault]
+    """One cell is not what it was."""
+    pattern, change, part = FAULTS[fault]
     text = small.verilog.read_text()
     places = list(re.finditer(pattern, text))
-    place = places[len(places) // 2]
+    place = places[int(len(places) * part)]
     wrong = copy.copy(small)
     wrong.verilog, wrong.folder = tmp_path / "gates.v", tmp_path
     wrong.verilog.write_text(text[:place.start()] + re.sub(pattern, change, place[0], count=1) + text[place.end():])
