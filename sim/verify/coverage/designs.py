@@ -104,7 +104,8 @@ def _rectified(folder: Path) -> Driven:
     """The matcher behind rectification and automatic balance; then fixed balance, and pictures of another size as they are."""
     width, height = 35, 14
     config = MatcherConfig(4, width, engine=Engine.STREAMING, method=OnePass(Arithmetic.LINEAR))
-    core = RectifiedMatcher(config, height, RigConfig(22, Rig(*(noise_map(width, height, 90, seed) for seed in (1, 2)), 2)))
+    left_map, right_map = (noise_map(width, height, 90, seed) for seed in (1, 2))
+    core = RectifiedMatcher(config, height, RigConfig(22, Rig(left_map, right_map, 2)))
     verilog = write_verilog(core, folder / "core.v", name="matcher")
     lefts, rights = pictures([(width, height)] * 4, 4)
     arguments: dict[str, Any] = {"simulator": SIMULATOR, "work_dir": folder, "verilog": verilog, "core": core}
@@ -116,7 +117,7 @@ def _rectified(folder: Path) -> Driven:
 
 
 def _rig(folder: Path) -> Driven:
-    case = {"width": 37, "height": 11, "labels": 8, "minimum": 0, "lines": 22, "stall": 0.3, "frames": 5}
+    case: dict[str, Any] = {"width": 37, "height": 11, "labels": 8, "minimum": 0, "lines": 22, "stall": 0.3, "frames": 5}
     stages = RigStages(case["width"], case["height"], case["labels"], case["lines"],
                        maps=dict(zip(("left", "right"), map(pack, maps_of(case, False)))))
     return _component(folder, stages, "rig", "sim.benches.rig_tb", 1, CASE=json.dumps(case))
@@ -126,8 +127,8 @@ def _loop(folder: Path, sdram: bool) -> Driven:
     """A pair over a serial line, what the console shows, and a line that loses, doubles and changes bytes."""
     system = small_board(MatcherConfig(LABELS, 32, method=changed(OnePass(), arithmetic="linear")), 16, sdram=sdram)
     names = [folder / f"{side}.png" for side in ("left", "right")]
-    for name, picture in zip(names, scene(32, 16, LABELS, seed=5)):
-        write_picture(name, picture)
+    for name, picture in zip(names, scene(32, 16, LABELS, seed=5)[:2]):
+        write_picture(name, np.asarray(picture))
     kinds = ("lost", "doubled", "changed")
     faults = [{direction: {"kind": kind, "every": 211, "after": 100}} for direction in ("to_board", "to_host") for kind in kinds]
     for fault in [{}, *faults]:

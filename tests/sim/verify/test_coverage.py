@@ -25,11 +25,13 @@ from sim.verify.parts import coverage
 RECORD = "C '\1f\2{file}\1l\2{line}\1n\2{column}\1t\2{kind}\1page\2v_{kind}/{module}\1o\2{what}\1h\2top' {count}\n"
 
 
+PORTS = {"go": In(1), "twice": In(1), "out": Out(4)}
+
+
 class Gate(wiring.Component):
     """A machine of two states."""
-    go: In(1)
-    twice: In(1)
-    out: Out(4)
+    def __init__(self):
+        super().__init__(PORTS)
 
     def elaborate(self, platform):
         m = Module()
@@ -47,9 +49,8 @@ class Gate(wiring.Component):
 
 class Around(wiring.Component):
     """So that the machine is a module of its own."""
-    go: In(1)
-    twice: In(1)
-    out: Out(4)
+    def __init__(self):
+        super().__init__(PORTS)
 
     def elaborate(self, platform):
         m = Module()
