@@ -1,6 +1,10 @@
 """Ragged frames, and what the line store must make of them."""
 
+from collections.abc import Iterable, Sequence
+from typing import Any
+
 import numpy as np
+from numpy.typing import NDArray
 
 from .cases import noise, pixel_words
 
@@ -8,14 +12,18 @@ from .cases import noise, pixel_words
 __all__ = ["MAX_WIDTH", "RAGGED", "cut", "frame", "in_a_row", "repaired", "without"]
 
 
+Word = dict[str, Any]
+
 #: Longest line, pixels, of the line stores that get these frames.
 MAX_WIDTH = 8
 
 
-def repaired(words, max_width=MAX_WIDTH):
+def repaired(words: Iterable[Word], max_width: int = MAX_WIDTH) -> tuple[list[NDArray[Any]], int]:
     """What the line store's docstring makes of a sequence of pixels: the frames it lets out, and how often it raises ``error``."""
     frames, errors = [], 0
-    lines, line, inside, expected = [], [], False, True
+    lines: list[Any] = []
+    line: list[Any] = []
+    inside, expected = False, True
 
     def close():
         nonlocal lines, line, inside
@@ -68,16 +76,16 @@ def repaired(words, max_width=MAX_WIDTH):
     return [np.moveaxis(np.array(frame), -1, 0) for frame in frames], errors
 
 
-def frame(width=5, height=4, seed=0):
+def frame(width: int = 5, height: int = 4, seed: int = 0) -> list[Word]:
     return pixel_words(*noise(width, height, seed))
 
 
-def without(words, place, **flags):
+def without(words: Sequence[Word], place: int, **flags: int) -> list[Word]:
     """The words with the flags of one changed."""
     return [*words[:place], {**words[place], **flags}, *words[place + 1:]]
 
 
-def cut(words, *places):
+def cut(words: Sequence[Word], *places: int) -> list[Word]:
     return [word for place, word in enumerate(words) if place not in places]
 
 
@@ -109,7 +117,7 @@ RAGGED = {
 }
 
 
-def in_a_row(cases=RAGGED):
+def in_a_row(cases: Iterable[str] = RAGGED) -> list[Word]:
     """Words of these ragged frames, each between frames that are good, for one run: a matcher takes longer to elaborate than to run."""
     words = frame(5, 3, seed=20)
     for seed, case in enumerate(cases, start=21):
