@@ -1,7 +1,7 @@
 """What a bare matcher must get over: ragged frames, a reset within a frame, settings that change. As steps for ``disorder_tb.py``."""
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -28,7 +28,7 @@ def _sent(words: Sequence[Mapping[str, int]]) -> Words:
     return [word["left"] | word["right"] << 8 | word["first"] << 16 | word["last"] << 17 | word["end"] << 18 for word in words]
 
 
-def _expected(pair: Sequence[NDArray[Any]], config: MatcherConfig) -> Words:
+def _expected(pair: Iterable[NDArray[Any]], config: MatcherConfig) -> Words:
     """The golden model's output of a pair, as the matcher's output has it."""
     left, right = (np.asarray(side, np.uint8) for side in pair)
     fields = match(left, right, config)
