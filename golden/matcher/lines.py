@@ -24,10 +24,10 @@ def line_store(picture, rows=3):
 
     Examples
     --------
-    >>> line_store(np.array([[1], [2], [3]]))[:, 0].tolist()
-    [[1, 1, 2], [1, 2, 3], [2, 3, 3]]
-    >>> line_store(np.array([[1], [2], [3]]), 5)[:, 0].tolist()
-    [[1, 1, 1, 2, 3], [1, 1, 2, 3, 3], [1, 2, 3, 3, 3]]
+    >>> line_store(np.array([[1], [2], [3]])).tolist()
+    [[[1, 1, 2]], [[1, 2, 3]], [[2, 3, 3]]]
+    >>> line_store(np.array([[1], [2], [3]]), 5).tolist()
+    [[[1, 1, 1, 2, 3]], [[1, 1, 2, 3, 3]], [[1, 2, 3, 3, 3]]]
     """
     padded = np.pad(picture, ((rows // 2, rows // 2), (0, 0)), mode="edge")
     return np.stack([padded[row:row + len(picture)] for row in range(rows)], axis=-1)

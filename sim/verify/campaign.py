@@ -66,7 +66,8 @@ def digest_of_sources(*packages: str) -> str:
     return total.hexdigest()[:16]
 
 
-def run_campaign(name: str, cases: Mapping[str, Job], options: argparse.Namespace, sources: str) -> dict[str, Any]:
+def run_campaign(name: str, cases: Mapping[str, Job], options: argparse.Namespace, sources: str,
+                 again: Callable[[Any], bool] = lambda result: False) -> dict[str, Any]:
     """Results of all cases, in their order; those that the journal has are not computed again.
 
     Parameters
@@ -79,11 +80,13 @@ def run_campaign(name: str, cases: Mapping[str, Job], options: argparse.Namespac
         With those of :func:`add_campaign_options`.
     sources : str
         As of :class:`Journal`.
+    again : function
+        Whether a result that the journal has is computed again.
     """
     if options.workers < 1:
         raise UserError(f"--workers must be at least 1, not {options.workers}; choose a greater one")
     with Journal(options.work / f"{name}.jsonl", sources, restart=options.restart) as journal, progress() as bar:
-        missing = [key for key in cases if key not in journal.results]
+        missing = [key for key in cases if key not in journal.results or again(journal.results[key])]
         task = bar.add_task(name, total=len(cases), completed=len(cases) - len(missing))
 
         def done(number: int, result: Any) -> None:

@@ -111,6 +111,29 @@ def test_registers_in_the_pins_have_the_clock_of_what_they_carry():
             assert children[part].connections[port] == children[f"{camera}_clock_pin"].connections["i"]
 
 
+def test_dvi_clock_is_inverted():
+    """Low in the first half of a pixel: it rises in the pixel's middle."""
+    netlist = board_project("720x576").netlist
+    clock = netlist["stereo"].cells["dvi_clock"]
+    levels = dict(zip(netlist[clock.kind].ports["o$5"].bits, clock.connections["o$5"]))
+    register = netlist[clock.kind].cells["o_ddr"].connections
+    assert ([levels[bit] for bit in register["datain_h"]], [levels[bit] for bit in register["datain_l"]]) == (["0"], ["1"])
+
+
+@pytest.mark.parametrize("line", ["dvi_scl", "dvi_sda", "decoder_scl", "decoder_sda"])
+def test_i2c_lines_of_the_transmitter_are_released_without_isel(line):
+    """Switch 0 closed: then they are two of the levels that set it up. Those of the decoder are always driven."""
+    top = board_project("720x576").netlist["stereo"]
+    low, = top.cells["core"].connections[f"{line}_low"]
+    enable, = top.cells[f"{line}_pin"].connections["oe"]
+    if line.startswith("decoder"):
+        assert enable == low
+    else:
+        isel, = (bits[0] for name, bits in top.cells["dvi_isel_pin"].connections.items() if name.startswith("o$"))
+        gate = top.cells[top.drivers[enable].cell]
+        assert (gate.kind, {*gate.connections["A"], *gate.connections["B"]}) == ("$and", {low, isel})
+
+
 class Other(wiring.Component):
     def __init__(self, changes):
         super().__init__({name: member for name, member in {**SystemPorts().members, **changes}.items() if member is not None})

@@ -100,6 +100,15 @@ def test_minimum(minimum):
     np.testing.assert_array_equal(fast, match_plain(left, np.roll(right, -minimum, axis=1), config))
 
 
+@pytest.mark.parametrize("minimum", [1, 3, -2])
+def test_minimum_at_the_last_column(minimum):
+    """No right column beyond the last one that is shifted into the picture is compared: in noise it would make a difference."""
+    config = MatcherConfig(labels=2, minimum=minimum)
+    for seed in range(20):
+        left, right = np.random.default_rng(seed).integers(0, 256, (2, 4, 6))
+        np.testing.assert_array_equal(match(left, right, config), match_plain(left, right, config))
+
+
 @pytest.mark.parametrize("arithmetic", Arithmetic)
 @pytest.mark.parametrize("left, right", [(0, 0), (255, 255), (255, 0), (0, 255)])
 def test_ties_go_to_zero(arithmetic, left, right):

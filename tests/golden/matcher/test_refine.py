@@ -31,8 +31,9 @@ def test_right_view_fast_equals_plain(minimum, width, disparities):
     this = config(disparities, minimum)
     cost = np.random.default_rng(1).integers(0, 6, (3, width, disparities), dtype=np.uint8)
     cost[2] += 250
+    cost[1] = 255
     np.testing.assert_array_equal(right_view(cost, this), right_view_plain(cost, this))
-    wide = cost.astype(np.uint16) * 120 + 2000  # up to 32,600
+    wide = 32_766 - (255 - cost.astype(np.uint16)) * 120    # down to 2,166
     np.testing.assert_array_equal(right_view(wide, this), right_view_plain(wide, this))
 
 

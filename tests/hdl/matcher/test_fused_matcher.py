@@ -4,6 +4,7 @@
 
 import numpy as np
 import pytest
+from amaranth.hdl import Fragment
 
 from golden.config import FUSED_1, MatcherConfig, Refinement, changed
 from golden.pictures.scenes import scene
@@ -127,6 +128,15 @@ def test_frame_clocks(config):
     firsts = cycles["o"][::width * height]
     slack = 1 if width >= dut.full_rate_width else 1.7
     assert firsts[2] - firsts[1] <= dut.frame_clocks(width, height) <= slack * (firsts[2] - firsts[1])
+
+
+@pytest.mark.parametrize("labels, fused", [(6, {}), (20, VERTICAL)])
+def test_lines_as_long_as_the_labels_need_no_flush_cycles(labels, fused):
+    """So that frames of them take less time than those of lines that are a pixel shorter."""
+    dut = Matcher(config_of(labels, labels + 1, **fused))
+    Fragment.get(dut, None)     # Amaranth complains of components that are not used
+    bounds = [dut.frame_clocks(width, 5) for width in (labels - 1, labels, labels + 1)]
+    assert bounds[1] < bounds[2] < bounds[0]
 
 
 # Slow: fewer stages than with sub-pixel disparities.

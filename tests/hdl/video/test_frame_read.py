@@ -195,6 +195,36 @@ def test_fill():
     run(dut, memory, control)
 
 
+@pytest.mark.parametrize("depth", [8, 9])
+@pytest.mark.parametrize("kind", ["pair", "picture"])
+def test_fill_of_full_fifos(kind, depth):
+    """Nobody takes a pixel: both FIFOs hold all their words, of a power of two too, and ``clear_fill`` does not forget these."""
+    memory_map = MemoryMap(64, 8)
+    memory, _ = filled(memory_map, Plane)
+    dut = PairReader(memory_map, burst=1, depth=depth) if kind == "pair" else PictureReader(memory_map, CONFIG, burst=1, depth=depth)
+
+    async def control(ctx):
+        if kind == "pair":
+            ctx.set(dut.control.start, 1)
+            await ctx.tick()
+            ctx.set(dut.control.start, 0)
+        else:
+            await fetch(ctx, dut, 0, 1, np.random.default_rng(1))
+        await ctx.tick().repeat(50 * depth)
+        assert memory.in_flight == 0
+        assert ctx.get(dut.fill) == depth
+        ctx.set(dut.clear_fill, 1)
+        await ctx.tick()
+        ctx.set(dut.clear_fill, 0)
+        assert ctx.get(dut.fill) == depth
+        await receive(ctx, dut.o, 64 * 8, rng=np.random.default_rng(1))
+        ctx.set(dut.clear_fill, 1)
+        await ctx.tick()
+        assert ctx.get(dut.fill) == 0
+
+    run(dut, memory, control)
+
+
 def check_shown(given, fetches, pictures):
     """What was given is, for fetches in their order, a beginning of the picture fetched; of the last one all, if it was valid."""
     segments: list = []

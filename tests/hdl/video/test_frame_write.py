@@ -220,14 +220,15 @@ def test_a_pixel_a_cycle():
     assert run.fill <= 8
 
 
-def test_overflow_is_told():
-    """A stall longer than the FIFO bridges: the pixel waits, ``overflow`` is high, and nothing is lost."""
+@pytest.mark.parametrize("depth", [6, 8])
+def test_overflow_is_told(depth):
+    """A stall longer than the FIFO bridges: the pixel waits, ``overflow`` is high, and nothing is lost. All its words are told of."""
     memory_map = MemoryMap(64, 4)
     picture, = noise(64, 4, 1, pictures=1)
-    run = Run(FrameWriter(memory_map, Plane.LEFT, burst=4, depth=6), memory_map, camera_words(picture), [(0, 1)],
-              timing=Ddr2Timing(init=1, busy=0.0, stalls=((60, 250),)), stall=0.2)
+    run = Run(FrameWriter(memory_map, Plane.LEFT, burst=4, depth=depth), memory_map, camera_words(picture), [(0, 1)],
+              timing=Ddr2Timing(init=1, busy=0.0, stalls=((60, 16 * depth + 154),)), stall=0.2)
     assert 100 < run.overflows < 250
-    assert run.fill == 6
+    assert run.fill == depth
     assert run.pictures[0].tolist() == picture.tolist()
 
 

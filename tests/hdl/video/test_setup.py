@@ -97,6 +97,23 @@ def test_poll_under_mask():
     run_setup(SMALL, model, script)
 
 
+@pytest.mark.parametrize("ticks", [4, 8])
+def test_longest_time_is_a_power_of_two(ticks):
+    """Of a step, and of the pauses: no tick of it is lost."""
+    chip = replace(SMALL, setup=(replace(SMALL.setup[0], seconds=ticks * 1e-4), *SMALL.setup[1:3]), watch=SMALL.watch[:1])
+    model = SmallModel()
+
+    async def script(watched):
+        assert ticks * TICK <= await watched.until("reset") <= ticks * TICK + 10
+        await watched.until("done")
+        model.faults = [Fault("no acknowledge", None, times=3)]
+        await watched.until("failures", 1)
+        assert ticks * TICK <= await watched.until("reset", 0) <= ticks * TICK + 10
+
+    pause = ticks * 1e-4
+    run_setup(replace(chip, watch=(replace(chip.watch[0], seconds=0),)), model, script, pause_seconds=pause, watch_seconds=0)
+
+
 def poll_fails(kind):
     def start(model):
         if kind == "value":

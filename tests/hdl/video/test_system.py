@@ -15,6 +15,7 @@ from golden.rig.files import Rig
 from golden.rig.maps import identity
 from golden.video.bandwidth import MemoryTiming
 from golden.video.formats import DISPLAYS, PAL
+from hdl.video.ports import DOMAINS
 from hdl.video.system import PairFork, StereoSystem
 from sim.kit.streams import check_rules, receive, send
 from tests.kit import refused_components
@@ -114,3 +115,29 @@ def test_what_cannot_be():
     assert 3 / 8 * PAL.frame_seconds < budget.matcher_seconds < PAL.frame_seconds
     with refused_components(), pytest.raises(UserError, match=r"with 3 buffers it has 40\.0 ms: choose"):
         StereoSystem(SEQUENTIAL, DISPLAY, timing=MemoryTiming(clock_hz=50_000_000))
+
+
+def test_leds():
+    """Each shows what the docstring says: its level, the lowest bit of the pairs, whether a chip has failed or a counter is not zero."""
+    dut = StereoSystem(MatcherConfig(labels=2, engine=Engine.STREAMING, method=OnePass(Arithmetic.LINEAR)), DISPLAY)
+    left, right = dut.cameras.values()
+    decoder, transmitter = dut.setups.values()
+    # What is set, its values, and the LEDs then.
+    cases = [(left.present, {1: 1}), (right.present, {1: 2}), (decoder.locked, {1: 4, 2: 8, 3: 12}), (dut.memory.init_done, {1: 16}),
+             (dut.control.pairs, {1: 32, 2: 0, 3: 32}), (decoder.failed, {1: 64}), (transmitter.failed, {1: 64}), *(
+                 (counter, {1: 128, 2: 128}) for counter in (
+                     left.dropped, right.dropped, dut.control.left_skipped, dut.control.right_skipped, dut.control.pictures_abandoned,
+                     dut.display.underflows))]
+
+    async def testbench(ctx):
+        for signal, values in cases:
+            for value, leds in {**values, 0: 0}.items():
+                ctx.set(signal, value)
+                await ctx.tick()
+                assert ctx.get(dut.leds) == leds, (signal.name, value)
+
+    simulator = Simulator(dut)
+    for domain in DOMAINS:
+        simulator.add_clock(1e-6, domain=domain)
+    simulator.add_testbench(testbench)
+    simulator.run()

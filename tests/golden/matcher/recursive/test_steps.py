@@ -154,13 +154,14 @@ def test_border_fill_equals_plain(scale):
         np.testing.assert_array_equal(border_fill(labels, passed, 40, scale), border_fill_plain(labels, passed, 40, scale))
 
 
-def test_border_fill_is_clipped():
+@pytest.mark.parametrize("rule", [border_fill, border_fill_plain])
+def test_border_fill_is_clipped(rule):
     labels = np.repeat(np.arange(40, 20, -1), 2)[None]
     passed = np.arange(40)[None] >= 20
-    assert border_fill(labels, passed, 33)[0, :20].max() == 32
+    assert rule(labels, passed, 33)[0, :20].max() == 32
     falling = np.repeat(np.arange(20), 2)[None]
-    assert border_fill(falling + 1, passed, 64)[0, :1].tolist() == [2]
-    assert border_fill(falling - 8, passed, 64)[0, :3].tolist() == [0, 0, 0]
+    assert rule(falling + 1, passed, 64)[0, :1].tolist() == [2]
+    assert rule(falling - 8, passed, 64)[0, :3].tolist() == [0, 0, 0]
 
 
 def test_votes():

@@ -107,6 +107,10 @@ def run(dut, pictures, configs, stall):
     # Every unit of the matching cost counts, and three costs are just above the limit.
     (3, 20, 3, {"census_rows": 3, "census_columns": 3, "census_weight": 1, "truncation": 15, "cost_factor": 15, "cost_shift": 0}),
     (6, 20, 2, {"census_rows": 1, "census_columns": 1, "truncation": 1000, "cost_factor": 1, "cost_shift": 2}),
+    # The largest cost, and each of its parts, is a power of two.
+    *((4, 20, 3, {"census_rows": 3, "census_columns": 3, **fused}) for fused in (
+        {"census_weight": 16, "cost_factor": 2, "truncation": 64, "cost_shift": 1, "cost_outside": 128},
+        {"census_weight": 8, "cost_factor": 1, "truncation": 64, "cost_shift": 2, "cost_outside": 32, "vertical_lines": 1})),
     *((*size, {"vertical_lines": 1, "cost_shift": 6, "truncation": 60, "cost_outside": 12, **fused}) for *size, fused in [
         (2, 1, 1, {}), (5, 1, 4, {"vertical_threshold": 255}), (13, 30, 4, {"vertical_threshold": 40}), (6, 20, 1, {"reach": 1}),
         (13, 4, 3, {"census_rows": 1})]),
