@@ -11,7 +11,7 @@ RUN      := "$$VENV/bin/python"
 # On all cores; one that has no test left gets some of another's.
 PARALLEL := -n auto --dist worksteal
 
-.PHONY: help demo quick test slow site style types setup debian clean
+.PHONY: help demo quick test slow formal site style types setup debian clean
 .DELETE_ON_ERROR:
 
 help:
@@ -19,6 +19,7 @@ help:
 	@echo "make test    set up, then run all tests: style, types, golden model, gateware, benches"
 	@echo "make quick   set up, then run what takes seconds: style, types, golden model, blocks of the gateware; before each commit"
 	@echo "make slow    set up, then run the tests that make test leaves out because they take minutes each, and tell how long they took"
+	@echo "make formal  set up, then prove what is claimed of all components for all inputs; some minutes of a processor"
 	@echo "make site    set up, then build the documentation as a site from docs/ and the docstrings; it begins at build/site/index.html"
 	@echo "make style   set up, then check the style only; make types: the types only"
 	@echo "make setup   only set up: Debian packages that are missing, Python packages in $$VENV"
@@ -40,6 +41,9 @@ quick: setup
 slow: setup
 	@$(WITH_BIN) sh -c 'start=$$(date +%s); $(RUN) -m pytest $(PARALLEL) -m slow; status=$$?; \
 		echo "The slow tests took $$(( ($$(date +%s) - start + 30) / 60 )) minutes."; exit $$status'
+
+formal: setup
+	@$(WITH_BIN) $(RUN) -m sim.verify proofs
 
 # A warning is an error. Sources are copies: what is made for the site is put beside them.
 site: setup

@@ -44,7 +44,8 @@ class BlockWritePort(Signature):
 
     ``plane`` and ``line`` hold from two cycles before ``start`` until the block has ended: in the second one ``status`` tells whether the
     block can be accepted, and ``start`` may be high if it is ``OK``. The bytes that follow are data and CRC. The block ends with ``done``,
-    high for one cycle, and ``good``: it was stored; or with ``cancel``, high for one cycle in which no byte is valid.
+    high for one cycle, and ``good``: it was stored; or with ``cancel``, high for one cycle in which no byte is valid. A byte
+    that is offered as the block ends is none of it, and is withdrawn.
     """
     def __init__(self) -> None:
         super().__init__({

@@ -14,7 +14,7 @@ __all__ = ["Command", "Response", "WordAccess"]
 
 
 class Command(data.StructLayout):
-    """A read or a write of the register ``address``; ``strobes`` of the bytes of ``data`` that are written."""
+    """A read or a write of the register ``address``; ``strobes`` of the bytes of ``data`` that are written, both undefined in a read."""
     def __init__(self):
         super().__init__({"address": 8, "write": 1, "data": WORD_BITS, "strobes": WORD_BYTES})
 

@@ -26,8 +26,9 @@ class WriteWord(data.StructLayout):
 class WritePort(Signature):
     """Port to the arbiter, seen from a writer.
 
-    A writer requests a burst when all its words are available at ``word``, from which the arbiter then accepts one after another.
-    ``accepted`` is high in the cycle in which the memory accepts the last of them: later reads see the burst.
+    A writer requests a burst when all its words are available at ``word``, from which the arbiter then accepts one after another. Outside
+    of a burst that was granted, what is offered there may change. ``accepted`` is high in the cycle in which the memory accepts the last of
+    them: later reads see the burst.
     """
     def __init__(self, burst: int):
         super().__init__({
