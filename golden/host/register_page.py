@@ -101,7 +101,7 @@ def _protocol() -> list[str]:
             f"{1000 * FRAME_SECONDS:g} ms is dropped, and so is one with a byte without a stop bit. After that, after a byte that begins",
             "no request, after status 1 or 5, and after a block write that was refused, the chip ignores everything until the line has",
             "been silent for that long: so no pixel is ever taken for a request.",
-            "Each such event but a refusal is counted in `uart_errors`, as is each byte that is lost.",
+            "Each such event but status 5 and a refusal is counted in `uart_errors`, as is each byte that is lost.",
             f"After any noise, a request sent after a pause of {1000 * QUIET_SECONDS:g} ms has a reply:",
             "the pause covers the time-out, and a reply to noise. At other rates the time-out is as many bits.",
             "While a reply or a block is sent, or a line is stored, one byte of the host waits, and further ones are lost and counted:",
