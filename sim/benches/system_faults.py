@@ -11,7 +11,7 @@ from sim.benches.system_rig import NO_CLOCK, NO_SIGNAL, Rig
 from sim.models.i2c_chips import Fault as ChipFault
 
 
-__all__ = ["FAULTS", "Fault"]
+__all__ = ["FAULTS", "Fault", "camera_reset", "film"]
 
 
 @dataclass(frozen=True)
@@ -32,13 +32,13 @@ class Fault:
     kept: bool = False
 
 
-def _film(side, *faults):
+def film(side: str, *faults: str) -> Callable[[Rig], Awaitable[None]]:
     """Faults in a camera's next frames."""
     async def strike(rig):
-        film = rig.films[side]
-        film.faults.extend(faults)
-        end = film.frames + len(faults) + 1     # those, after the one in transmission
-        await rig.until(lambda: film.frames >= end)
+        camera = rig.films[side]
+        camera.faults.extend(faults)
+        end = camera.frames + len(faults) + 1   # those, after the one in transmission
+        await rig.until(lambda: camera.frames >= end)
     return strike
 
 
@@ -65,39 +65,48 @@ async def _line_noise(rig):
         await rig.exchange()
 
 
-async def _camera_reset(rig):
-    rig.dut.left_camera_rst.value = 1
-    await ClockCycles(rig.dut.clk, 500)
-    rig.dut.left_camera_rst.value = 0
+def camera_reset(side: str) -> Callable[[Rig], Awaitable[None]]:
+    """A reset of a camera's domain."""
+    async def strike(rig):
+        reset = getattr(rig.dut, f"{side}_camera_rst")
+        reset.value = 1
+        await ClockCycles(rig.dut.clk, 500)
+        reset.value = 0
+    return strike
 
 
 def _silent(chip, register):
     """A chip acknowledges no byte until that is counted; then it does, and is set up."""
     async def strike(rig):
+        counter = f"{chip}_failures"
+        before = await rig.read(counter)
         faults = getattr(rig, chip).faults
         faults.append(ChipFault("no acknowledge", register))
-        while not await rig.read(f"{chip}_failures"):
-            pass
+        for _ in range(100):
+            if await rig.read(counter) != before:
+                break
+        else:
+            raise TimeoutError(f"{counter} has not counted")
         faults.clear()
     return strike
 
 
 #: By name.
 FAULTS = {
-    "left camera lost and back": Fault("left_dropped", _film("left", "signal lost", NO_SIGNAL, NO_SIGNAL)),
-    "right camera lost in noise and back": Fault("right_dropped", _film("right", "signal lost in noise", NO_SIGNAL)),
-    "left camera's clock stops and comes back": Fault("left_dropped", _film("left", "clock stopped", NO_CLOCK)),
-    "right camera's clock stops for a moment": Fault("right_dropped", _film("right", "clock stopped")),
-    "fields swapped": Fault("left_dropped", _film("left", "fields swapped")),
-    "top field missing": Fault("right_dropped", _film("right", "top field missing")),
-    "bottom field missing": Fault("left_dropped", _film("left", "bottom field missing")),
-    "one-bit errors of timing codes": Fault("right_corrected", _film("right", "one-bit errors of all codes"), kept=True),
-    "two-bit error of a timing code": Fault("left_rejected", _film("left", "two-bit error of a code")),
-    "short line": Fault("right_dropped", _film("right", "short line")),
-    "long line": Fault("left_dropped", _film("left", "long line")),
-    "lines missing": Fault("right_dropped", _film("right", "lines dropped")),
-    "decoder reset": Fault("left_dropped", _film("left", "decoder reset")),
-    "left camera's domain reset": Fault("left_dropped", _camera_reset),
+    "left camera lost and back": Fault("left_dropped", film("left", "signal lost", NO_SIGNAL, NO_SIGNAL)),
+    "right camera lost in noise and back": Fault("right_dropped", film("right", "signal lost in noise", NO_SIGNAL)),
+    "left camera's clock stops and comes back": Fault("left_dropped", film("left", "clock stopped", NO_CLOCK)),
+    "right camera's clock stops for a moment": Fault("right_dropped", film("right", "clock stopped")),
+    "fields swapped": Fault("left_dropped", film("left", "fields swapped")),
+    "top field missing": Fault("right_dropped", film("right", "top field missing")),
+    "bottom field missing": Fault("left_dropped", film("left", "bottom field missing")),
+    "one-bit errors of timing codes": Fault("right_corrected", film("right", "one-bit errors of all codes"), kept=True),
+    "two-bit error of a timing code": Fault("left_rejected", film("left", "two-bit error of a code")),
+    "short line": Fault("right_dropped", film("right", "short line")),
+    "long line": Fault("left_dropped", film("left", "long line")),
+    "lines missing": Fault("right_dropped", film("right", "lines dropped")),
+    "decoder reset": Fault("left_dropped", film("left", "decoder reset")),
+    "left camera's domain reset": Fault("left_dropped", camera_reset("left")),
     "memory stalls for 100 us": Fault("display_underflows", _stall(7500)),
     "memory stalls for 400 us": Fault("left_overflow", _stall(30000)),
     "refreshes without end": Fault("display_underflows", _refresh_storm),

@@ -8,7 +8,7 @@ from typing import Any, ClassVar
 import cocotb
 import numpy as np
 from cocotb.clock import Clock
-from cocotb.triggers import RisingEdge, Timer
+from cocotb.triggers import ClockCycles, RisingEdge, Timer
 from numpy.typing import NDArray
 
 from golden.host.blocks import line_bytes, stored_line
@@ -18,6 +18,7 @@ from golden.host.protocol import (
     FRAME_BYTES,
     FRAME_SECONDS,
     Operation,
+    Reply,
     Request,
     Status,
     block_bits,
@@ -63,6 +64,8 @@ class Film:
         Of the next frames: names of :data:`sim.models.camera.FAULTS`, :data:`NO_SIGNAL`, :data:`NO_CLOCK`.
     frames : int
         Number of frames that have begun.
+    tape : list or None
+        Takes the bytes of each frame that begins, with :data:`STOPPED`, unless it is ``None``.
     """
     def __init__(self, format: CameraFormat, picture: NDArray[Any], *, seed: int):
         self.format = format
@@ -70,17 +73,21 @@ class Film:
         self.picture = picture
         self.faults: deque[str | None] = deque()
         self.frames = 0
+        self.tape: list[NDArray[Any]] | None = None
 
     def __iter__(self) -> Iterator[int]:
         while True:
             self.frames += 1
             fault = self.faults.popleft() if self.faults else None
             if fault == NO_CLOCK:
-                yield from [STOPPED] * self.format.frame_bytes
+                data = np.full(self.format.frame_bytes, STOPPED)
             elif fault == NO_SIGNAL:
-                yield from [BLANK_CHROMA, BLANK_LUMA] * (self.format.frame_bytes // 2)
+                data = np.resize([BLANK_CHROMA, BLANK_LUMA], self.format.frame_bytes)
             else:
-                yield from self.camera.frame(self.picture, fault)[0].tolist()
+                data = self.camera.frame(self.picture, fault)[0]
+            if self.tape is not None:
+                self.tape.append(data)
+            yield from data.tolist()
 
 
 class Rig:
@@ -124,6 +131,10 @@ class Rig:
                                          "balance": (GAIN_ONE, 0)}
         self.states = [(self.pair, self.settings)]      # scenes and settings since the last check
         self.cut = 0                                    # pictures that end early
+        self._resets = [getattr(dut, name) for name in ("rst", "display_rst", "left_camera_rst", "right_camera_rst")]
+        self._buses: list[I2cBus] = []
+        self._watch: Any = None
+        self._rx = 1                                    # level of the host's line
 
     def _scene(self):
         self.seed += 1
@@ -133,8 +144,7 @@ class Rig:
     async def start(self) -> None:
         """Start clocks and models; then release the resets in the order of the board: ``sync``, ``display``, cameras."""
         dut = self.dut
-        resets = [dut.rst, dut.display_rst, dut.left_camera_rst, dut.right_camera_rst]
-        for reset in resets:
+        for reset in self._resets:
             reset.value = 1
         dut.uart_rx.value = 1
         dut.buttons.value = 0
@@ -149,7 +159,6 @@ class Rig:
                                           phase=round(self.PHASE[side] * self.camera.frame_bytes * period) + 1))
         cocotb.start_soon(serve(dut, "memory", self.memory))
         await Timer(1, "us")
-        cocotb.start_soon(watch_cocotb(self.monitor, dut.display_clk, {name: getattr(dut, name) for name in PINS}))
         scale = CLOCK_HZ / SETUP_HZ
         for bus, chip, pins, ports, levels in (
                 ("decoder", self.decoder, TVP5154.pins, {"resetb": "decoder_reset_n", "pdn": "decoder_powerdown_n"}, {}),
@@ -157,31 +166,56 @@ class Rig:
             lines = {f"{line}_{end}": f"{bus}_{line}{port}" for line in ("scl", "sda") for end, port in (("low", "_low"), ("i", ""))}
             model = I2cBus(chip)
             model.broken_allowed = True     # chips that do not answer are among the faults
+            self._buses.append(model)
             cocotb.start_soon(cocotb_bus(model, dut, pins=pins, ports=ports | lines, levels=levels, scale=scale))
-        for reset in resets:
+        await self._release()
+
+    async def _release(self) -> None:
+        dut = self.dut
+        self._watch = cocotb.start_soon(watch_cocotb(self.monitor, dut.display_clk, {name: getattr(dut, name) for name in PINS}))
+        for reset in self._resets:
             await Timer(100, "ns")
             reset.value = 0
+
+    async def reset(self, clocks: int, init: int) -> None:
+        """The board's reset, for so many clocks: that of all domains and of the memory's controller, which needs ``init`` clocks then."""
+        for reset in self._resets:
+            reset.value = 1
+        self._watch.cancel()
+        self.monitor.restart()
+        self.memory.restart(clocks, init)
+        for bus in self._buses:
+            bus.restart()
+        await ClockCycles(self.dut.clk, clocks)
+        await self._release()
 
     # The host.
 
     async def exchange(self) -> None:
         """A clock of the host's line."""
-        self.dut.uart_rx.value = self.host.step(int(self.dut.uart_tx.value))
+        level = self.host.step(int(self.dut.uart_tx.value))
+        if level != self._rx:   # a write costs the simulator a phase
+            self.dut.uart_rx.value = self._rx = level
         await RisingEdge(self.dut.clk)
 
     async def ask(self, operation: Operation, name: str, value: int = 0) -> int:
         """Send a request; the value of the reply, whose status must be OK."""
-        self.host.received.clear()
         register = self.registers[name]
-        self.host.send(encode_request(Request(operation, register.address, register.encode(value))))
+        reply = await self.reply(encode_request(Request(operation, register.address, register.encode(value))))
+        assert (reply.status, reply.address) == (Status.OK, register.address), f"{name}: {reply}"
+        return register.decode(reply.value)
+
+    async def reply(self, request: bytes) -> Reply:
+        """Send the bytes of a request; the reply."""
+        self.host.received.clear()
+        self.host.send(request)
         for _ in range(400 * UART_CYCLES):
             await self.exchange()
             if (reply := first_reply(bytes(self.host.received))) and self.host.idle:
-                assert (reply.status, reply.address) == (Status.OK, register.address), f"{name}: {reply}"
                 for _ in range(UART_CYCLES):
                     await self.exchange()
-                return register.decode(reply.value)
-        raise TimeoutError(f"no reply to a request for {name}")
+                return reply
+        raise TimeoutError(f"no reply to the request {request.hex(' ')}")
 
     async def read(self, name: str) -> int:
         """The value of a register."""

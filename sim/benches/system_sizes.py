@@ -61,17 +61,24 @@ def noise_rig(seed: int, row_offset: int, width: int = 32, height: int = 24) -> 
     return Rig(left, right, row_offset)
 
 
+def _least(method: Method, minimum: int = 0, rig: RigConfig | None = None) -> Size:
+    """The smallest pictures."""
+    return Size(
+        MatcherConfig(5, 20, minimum, engine=Engine.STREAMING, method=method),
+        CameraFormat(20, 8, blanking=20, before_top=2, after_top=1, before_bottom=2, after_bottom=1),
+        DisplayFormat(24, range(28, 34), 56, 18, range(20, 22), 29, 65_000_000),
+        MemoryTiming(row_clocks=2, turn_clocks=2), rig)
+
+
 #: By name. A monitor's frame is at most half as long as a camera's, as the frame store requires.
 SIZES = {
     "small": _small(OnePass(Arithmetic.LINEAR)),
     # With all of it that the monitor sees.
     "small fused": _small(changed(FUSED_1, sub_pixel=True), minimum=-2, rig=RigConfig(22, noise_rig(1, 2))),
     # The same in the smallest pictures.
-    "glance": Size(
-        MatcherConfig(5, 20, -2, engine=Engine.STREAMING, method=changed(FUSED_1, sub_pixel=True)),
-        CameraFormat(20, 8, blanking=20, before_top=2, after_top=1, before_bottom=2, after_bottom=1),
-        DisplayFormat(24, range(28, 34), 56, 18, range(20, 22), 29, 65_000_000),
-        MemoryTiming(row_clocks=2, turn_clocks=2), RigConfig(22, noise_rig(1, 2, 20, 16))),
+    "glance": _least(changed(FUSED_1, sub_pixel=True), minimum=-2, rig=RigConfig(22, noise_rig(1, 2, 20, 16))),
+    "least": _least(OnePass(Arithmetic.LINEAR)),
+    "least recursive": _least(changed(RECURSIVE_2, sub_pixel=True), minimum=-2),
     "small recursive": _small(changed(RECURSIVE_2, sub_pixel=True), minimum=-2),
     "full": Size(MatcherConfig(80, PAL.width, engine=Engine.STREAMING, method=OnePass(Arithmetic.LINEAR)),
                  PAL, DISPLAYS["720x576"], MemoryTiming(), RigConfig()),

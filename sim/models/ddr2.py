@@ -97,6 +97,7 @@ class LocalMemory:
         self._burst: tuple[int, int, int] | None = None         # write burst in progress: address, size, words received
         self._low = 0                                           # clocks in a row without ready
         self._stalled_until = 0
+        self._reset_until = self._ready_from = 0
 
     def __getitem__(self, address: int) -> int:
         """A word of the memory; ``KeyError`` if a byte of it was never written."""
@@ -115,6 +116,16 @@ class LocalMemory:
     def stall(self, clocks: int) -> None:
         """Keep ``ready`` low for so many clocks from now on."""
         self._stalled_until = max(self._stalled_until, self.now + clocks)
+
+    def restart(self, clocks: int, init: int) -> None:
+        """Reset of the controller for so many clocks from now on, whatever the master does meanwhile; ``init`` clocks later it is
+        initialised again. Words that were read and not returned are lost; the contents are kept, as by a memory without power-down.
+        """
+        self._reset_until = self.now + clocks
+        self._ready_from = self._reset_until + init
+        self._in_flight.clear()
+        self._waiting = self._burst = None
+        self.ready = self.rdata_valid = self.init_done = 0
 
     def picture(self, memory_map: MemoryMap, plane: Plane, buffer: int) -> NDArray[np.uint8]:
         """The picture in a buffer of a plane; ``KeyError`` where a pixel was never written."""
@@ -139,6 +150,8 @@ class LocalMemory:
 
         ``request`` is ``None`` where all of ``write_req``, ``read_req`` and ``burstbegin`` are low.
         """
+        if self.now < self._reset_until:
+            request = None
         if request is not None:
             self._check(request)
             if self.ready:
@@ -147,7 +160,7 @@ class LocalMemory:
             raise AssertionError(f"clock {self.now}: {self._waiting} withdrawn before ready")
         self._waiting = request if not self.ready else None
         self.now += 1
-        self.init_done = int(self.now >= self.timing.init)
+        self.init_done = int(self.now >= max(self.timing.init, self._ready_from))
         self._choose_ready()
         if self._in_flight and self._in_flight[0][0] <= self.now:
             self.rdata, self.rdata_valid = self._in_flight.popleft()[1], 1
@@ -162,7 +175,7 @@ class LocalMemory:
         if now in self._stalls:
             self.stall(self._stalls[now])
         interval, length = timing.refresh
-        if now < self._stalled_until or now % interval >= interval - length:
+        if now < max(self._stalled_until, self._reset_until) or now % interval >= interval - length:
             self.ready = 0
         elif self._low < timing.patience and self._rng.random() < timing.busy:
             self.ready, self._low = 0, self._low + 1

@@ -158,3 +158,26 @@ def test_pictures():
     for offset, word in memory_map.words(picture).items():
         model.clock(request(address=base + offset, wdata=word, be=ALL_BYTES if offset % 2 == 0 else 0xf))
     assert model.picture(memory_map, Plane.RIGHT, 0).tolist() == picture.tolist()
+
+
+def test_restart():
+    """A controller in reset takes no request, whatever the master does, and gives no word back; then it is initialised again."""
+    dut = memory(busy=0.0)
+    dut.clock(request(address=3))
+    dut.clock(request(address=3, **READ))
+    dut.clock(request(size=2))
+    dut.restart(4, 3)
+    for number in range(4):
+        dut.clock([request(burstbegin=0, size=9), None, request(address=4), None][number])
+        assert dut.ready == dut.init_done == 0 or number == 3
+    with pytest.raises(AssertionError, match="before init_done"):
+        dut.clock(request())
+    for _ in range(3):
+        dut.clock(None)
+    assert dut.init_done == 1
+    for _ in range(20):
+        dut.clock(None)
+        assert not dut.rdata_valid
+    assert dut[3] == 7
+    dut.clock(request(address=4))
+    assert dut[4] == 7

@@ -226,3 +226,27 @@ def test_transmitter_refuses():
     hand = Hand(model, pins={"isel": 1})
     with pytest.raises(Violation, match="read without a repeated start"):
         hand.read(model.address, 0x08, restart=False)
+
+
+def test_master_is_reset():
+    """Both lines rise at once in the midst of a byte; from the next start on the rules apply again."""
+    for restarted in (False, True):
+        hand = Hand(I2cChip(0x31))
+        hand.start()
+        for place in range(3):
+            hand.pulse(place & 1, TIMES["high"])
+            hand.fall()
+        hand.wait(1000)
+        hand.lines(1, 1)
+        if not restarted:
+            with pytest.raises(Violation):
+                hand.lines(0, 0)
+            continue
+        hand.bus.restart()
+        hand.lines(0, 0)
+        hand.wait(10_000)
+        hand.write(0x31, 0x10, 0xA7)
+        assert hand.read(0x31, 0x10, restart=True) == 0xA7
+        hand.times["high"] = 3_000
+        with pytest.raises(Violation, match="SCL high"):
+            hand.write(0x31, 0x10, 0xA7)
