@@ -15,6 +15,7 @@ from sim.kit.cocotb_streams import check_rules, drain, sink, source
 STALL = 0.2
 # Clocks in which a frame that is cut may give what it can.
 WAIT = 300
+FOREVER = 1 << 30
 
 
 async def reset(dut):
@@ -34,9 +35,10 @@ async def disorder(dut):
     for number, step in enumerate(plan["steps"]):
         rules = cocotb.start_soon(check_rules(dut, "o"))
         if "cut" in step:
-            sender = cocotb.start_soon(source(dut, "i", step["words"][:step["cut"]], rng=rng))
-            await drain(dut, "o", step["cut"] + WAIT)
-            await sender
+            draining = cocotb.start_soon(drain(dut, "o", FOREVER))
+            await source(dut, "i", step["words"][:step["cut"]], rng=rng)
+            await ClockCycles(dut.clk, WAIT)
+            draining.cancel()
             rules.cancel()
             await reset(dut)
             rules = cocotb.start_soon(check_rules(dut, "o"))

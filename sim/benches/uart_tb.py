@@ -17,7 +17,7 @@ from sim.models.uart import UartHost
 BIT_CYCLES = int(os.environ["BIT_CYCLES"])
 FRAME_BITS = int(os.environ["FRAME_BITS"])
 REGISTERS = register_map()
-STATUS = StatusLayout(REGISTERS, ["uart_errors"])
+STATUS = StatusLayout(REGISTERS, ["uart_errors", "pair_whole"])
 
 
 async def start(dut, **options):

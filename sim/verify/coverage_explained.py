@@ -18,6 +18,8 @@ class Explained(NamedTuple):
 _ANY = ".*"
 
 EXPLAINED = (
+    Explained("line", r"hdl\.matcher\.sequential\.engine\.SequentialEngine", "default: 1'h0",
+              "the choice has all three states of the machine: the fourth code of its two bits does not occur"),
     Explained("(branch|toggle)", r"hdl\.matcher\.streaming\.label_array\.UpCell", _ANY,
               "near the last label the cones have no further vertex: whether there is one is a constant of these cells"),
     Explained("toggle", r"hdl\.parts\.queue\._MarkedFIFO", r"w_rdy:.*",
