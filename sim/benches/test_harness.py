@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from golden.config import MatcherConfig
-from sim.kit.harness import simulate
+from sim.kit.harness import Traffic, simulate
 from sim.kit.simulators import SIMULATORS, SimulationError, build, run
 from sim.kit.store import models
 
@@ -87,6 +87,30 @@ def test_good(tmp_path, simulator):
     # And the runtime libraries of Verilator are compiled once for all models.
     assert simulator == "icarus" or {"verilated.o", "verilated_vpi.o"} <= {path.name.split("-")[-1] for path in models().folder.glob("*.o")}
     assert 2 < stalled.frames[2].clocks_per_pixel < 4
+
+
+# The stand-in with settings as a matcher has them: each frame keeps those that were in force as its first pixel was accepted.
+SETTLED = {"o_payload": "{word[18:16], word[3:0] + used}"}
+
+
+@pytest.mark.parametrize("simulator", SIMULATORS)
+def test_traffic(tmp_path, simulator):
+    """Settings and stalls of each frame."""
+    verilog = stand_in(tmp_path, **SETTLED)
+    taken = "i_valid && i_ready && i_payload[16] ? weight : used"
+    verilog.write_text(verilog.read_text().replace("reg beat;", "reg beat; reg [3:0] used;").replace(
+        "beat <= !beat;", f"beat <= !beat; used <= {taken};"))
+    traffic = [Traffic(stall_i=0.5), Traffic(settings={"u1": 3}), Traffic(0.03, 0.0, 200, 0), Traffic(0.0, 0.03, 0, 200, {"u1": 9}),
+               Traffic(settings={})]
+    lefts = pictures(*[(40, 10)] * len(traffic))
+    result = simulate(CONFIG, lefts, lefts, simulator=simulator, work_dir=tmp_path, verilog=verilog, traffic=traffic)
+    weights = [0, 3, 3, 9, CONFIG.method.weights.u1]
+    found = [np.unique((fields["disparity"] - left) % 16).tolist() for fields, left in zip(result.fields, lefts)]
+    assert found == [[weight] for weight in weights]
+    rates = [frame.clocks_per_pixel for frame in result.frames]
+    assert 1.7 < rates[0] < 2.4 and rates[1] < 1.02 and rates[4] < 1.02
+    # A burst lasts 100 clocks on average.
+    assert all(2 < rate < 7 for rate in rates[2:4])
 
 
 @pytest.mark.parametrize("fault", FAULTS)

@@ -8,7 +8,7 @@ import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from amaranth.hdl import Value
@@ -24,9 +24,10 @@ from hdl.rectified import RectifiedMatcher
 
 from .places import full_disk
 from .simulators import SimulationError, build, run
+from .store import Store
 
 
-__all__ = ["Frame", "Result", "emit", "mismatches", "simulate"]
+__all__ = ["Frame", "Result", "Traffic", "emit", "mismatches", "simulate"]
 
 
 _HARNESS = Path(__file__).with_name("harness.v")
@@ -37,6 +38,27 @@ _BRIEF = 5000
 
 # Seconds between two reports of progress.
 _POLL = 0.1
+
+
+class Traffic(NamedTuple):
+    """What happens around a frame of a run.
+
+    Parameters
+    ----------
+    stall_i, stall_o : float
+        Probability of an idle clock before a pixel pair of the frame; of a clock in which ``ready`` of the output is low while the frame is
+        received. Rounded to 1/256, below 1.
+    burst_i, burst_o : int
+        A stall that has begun lasts for up to so many further clocks.
+    settings : dict of str to int
+        Values of the inputs of these names, applied before the frame, as soon as the first disparity of the one before is out; the
+        other inputs have the values of the configuration. ``None``: the settings in force stay, at first the built-in ones.
+    """
+    stall_i: float = 0.0
+    stall_o: float = 0.0
+    burst_i: int = 0
+    burst_o: int = 0
+    settings: Mapping[str, int] | None = None
 
 
 @dataclass(frozen=True)
@@ -123,6 +145,14 @@ def _placed(fields: Mapping[str, int]) -> dict[str, tuple[int, int]]:
     return {name: (offset, width) for (name, width), offset in zip(fields.items(), offsets)}
 
 
+def _plan_line(traffic: Traffic, ports: Mapping[str, tuple[int, int]], defaults: Mapping[str, int]) -> str:
+    """Line of the plan that ``harness.v`` reads. ``ports``: place of each setting, of :func:`_placed`."""
+    values = {**defaults, **(traffic.settings or {})}
+    settings = sum((int(values[name]) & (1 << bits) - 1) << low for name, (low, bits) in ports.items())
+    stall_i, stall_o = (min(round(256 * stall), 255) for stall in (traffic.stall_i, traffic.stall_o))
+    return f"{int(traffic.settings is not None)} {settings:x} {stall_i} {traffic.burst_i} {stall_o} {traffic.burst_o}\n"
+
+
 def _read_report(path: Path) -> tuple[dict[str, int], list[Frame], float]:
     """Counts of the run, of its frames, and the seconds."""
     report: dict[str, int] = {}
@@ -180,7 +210,8 @@ def simulate(config: MatcherConfig, lefts: Sequence[NDArray[np.uint8]], rights: 
              work_dir: str | os.PathLike[str], stall_i: float = 0.0, stall_o: float = 0.0, settings: Mapping[str, int] | None = None,
              seed: int = 1, waves: bool = False, progress: Callable[[int], None] | None = None,
              stage: Callable[[str], None] = lambda text: None, verilog: str | os.PathLike[str] | None = None,
-             core: RectifiedMatcher | None = None, timeout: int = 200_000) -> Result:
+             core: RectifiedMatcher | None = None, timeout: int = 200_000, traffic: Sequence[Traffic] | None = None,
+             store: Store | None = None) -> Result:
     """Run pictures through the Verilog of ``Matcher(config)``, one frame after another.
 
     Parameters
@@ -198,7 +229,7 @@ def simulate(config: MatcherConfig, lefts: Sequence[NDArray[np.uint8]], rights: 
         Values of the inputs of these names, see :attr:`golden.config.MatcherConfig.settings`; the other inputs have the values of
         ``config``. By default no setting is written, and the built-in values hold.
     seed : int
-        Of the stalls.
+        Of the stalls, and of what registers and memories without an initial value hold at first in Verilator.
     waves : bool
         Write a waveform file too.
     progress : callable
@@ -211,6 +242,10 @@ def simulate(config: MatcherConfig, lefts: Sequence[NDArray[np.uint8]], rights: 
         In the place of ``Matcher(config)``, for pictures that are not rectified; ``settings`` may then have all of its settings.
     timeout : int
         Clocks without a transfer after which the run ends as hung.
+    traffic : sequence of Traffic
+        Of each frame, in place of ``stall_i``, ``stall_o`` and ``settings``.
+    store : Store
+        Where models are kept, as of :func:`sim.kit.simulators.build`.
 
     Returns
     -------
@@ -233,26 +268,28 @@ def simulate(config: MatcherConfig, lefts: Sequence[NDArray[np.uint8]], rights: 
     connections = ",".join([*(f".{name}(settings[{low + width - 1}:{low}])" for name, (low, width) in ports.items()),
                             *(_further_ports(core) if core else ())])
     build(simulator, [verilog, _HARNESS], _TOP, folder, parameters={"WORD_BITS": word_bits, "SETTING_BITS": setting_bits},
-          defines={"SETTING_PORTS": connections}, waves=waves, brief=sum(np.size(left) for left in lefts) <= _BRIEF)
+          defines={"SETTING_PORTS": connections}, waves=waves, brief=sum(np.size(left) for left in lefts) <= _BRIEF,
+          store=store)
     build_seconds = time.perf_counter() - start
 
-    files = {name: work / f"{name}.txt" for name in ("left", "right", "output", "report")}
+    files = {name: work / f"{name}.txt" for name in ("left", "right", "plan", "output", "report")}
     write_text(files["left"], lefts)
     write_text(files["right"], rights)
+    if traffic is None:
+        traffic = [Traffic(stall_i, stall_o, settings=None if number else settings) for number in range(len(lefts))]
+    defaults = {name: setting.default for name, setting in known.items()}
+    files["plan"].write_text("".join(_plan_line(each, ports, defaults) for each in traffic))
     for name in ("output", "report"):
         files[name].unlink(missing_ok=True)
     # Relative to where the simulator runs: Verilog's file names are of limited length.
     plusargs = [f"+{name}={os.path.relpath(path, folder)}" for name, path in files.items()]
-    numbers = {"stall_i": min(round(256 * stall_i), 255), "stall_o": min(round(256 * stall_o), 255), "seed": seed, "timeout": timeout}
-    if settings is not None:
-        values = {**{name: setting.default for name, setting in known.items()}, **settings}
-        plusargs.append(f"+settings={sum((int(values[name]) & (1 << bits) - 1) << low for name, (low, bits) in ports.items()):x}")
+    numbers = {"seed": seed, "timeout": timeout}
     plusargs += [f"+{name}={value}" for name, value in numbers.items()]
     waves_file = work / f"matcher.{'fst' if simulator == 'icarus' else 'vcd'}" if waves else None
 
     stage(f"Simulating with {simulator}")
     with _watch(files["output"], progress):
-        run(simulator, _TOP, folder, "sim.kit.harness_tb", plusargs=plusargs, waves=waves_file)
+        run(simulator, _TOP, folder, "sim.kit.harness_tb", plusargs=plusargs, waves=waves_file, seed=seed)
     try:
         report, frames, seconds = _read_report(files["report"])
         _check(report, sum(np.size(left) for left in lefts), len(lefts))

@@ -7,11 +7,16 @@
 //
 // SETTING_PORTS is defined as the connections of the matcher's settings to bits of `settings`, and of its further ports, if it has any.
 //
-// Plusargs: +left= +right= +output= +report=  files
-//           +stall_i= +stall_o=               probability of a stall in each clock, in 1/256; 0 by default
+// Plusargs: +left= +right= +plan= +output= +report=  files
 //           +seed=                            of the stalls
-//           +settings=                        all settings, hexadecimal; those the matcher was built with by default
 //           +timeout=                         clocks without a transfer after which the run ends as hung; 200000 by default
+//
+// The plan has a line for each frame, `apply settings stall_i burst_i stall_o burst_o`:
+//   apply             0: the settings in force stay. 1: `settings`, all of them, hexadecimal, are applied before the frame, as early as
+//                     the matcher allows: once the first disparity of the frame before has been transferred
+//   stall_i, stall_o  probability of a stall, in 1/256, in each clock in which the frame is sent, or received
+//   burst_i, burst_o  a stall that has begun lasts for up to so many further clocks
+// Between two pulses of `apply_settings` the settings are noise.
 //
 // The report is lines of `key value`. All times are in clocks; latency counts from the clock in which a pixel pair is accepted to the
 // first clock in which its disparity is valid.
@@ -50,9 +55,13 @@ module harness #(
 
   // Files and settings
 
-  reg [NAME-1:0] left_name, right_name, output_name, report_name;
-  integer left_file, right_file, output_file, report_file;
-  integer stall_i, stall_o, seed, timeout, given;
+  reg [NAME-1:0] left_name, right_name, plan_name, output_name, report_name;
+  integer left_file, right_file, plan_file, output_file, report_file;
+  integer seed, timeout;
+  reg [SETTING_BITS-1:0] planned;
+  integer apply;                // `planned` is to be applied before the next pixel
+  integer stall_i, burst_i, wait_i, stall_o, burst_o, wait_o, planned_stall_o, planned_burst_o;
+  reg     willing;              // no stall of the output
 
   // Input side: the picture that is read, and the next pixel
 
@@ -67,10 +76,12 @@ module harness #(
 
   integer width_of [0:FRAMES-1];
   integer height_of [0:FRAMES-1];
+  integer stall_o_of [0:FRAMES-1];
+  integer burst_o_of [0:FRAMES-1];
   reg [31:0] first_taken [0:FRAMES-1];
   reg [31:0] last_taken [0:FRAMES-1];
   reg [31:0] taken_at [0:PIXELS-1];
-  reg [31:0] frames_read, frames_begun, frames_taken, frames_given, pixels_taken, pixels_given, read_ring, ring;
+  reg [31:0] frames_read, frames_begun, frames_taken, frames_seen, frames_given, pixels_taken, pixels_given, read_ring, ring;
   integer out_width, out_height, out_x, out_y;
   reg     new_offer;            // first clock in which the word is valid
   reg     seen;                 // the first word of the frame has been valid
@@ -83,7 +94,7 @@ module harness #(
 
   reg [31:0] clock, idle, drain, latency, offered_at, first_offered, latency_first, latency_max, first_given, flag_errors, rule_errors;
   reg [31:0] unknown_words, extra_words, random_i, random_o;
-  reg     running, settled, finish, hang;
+  reg     was_reset, running, finish, hang;
 
   function [31:0] xorshift(input [31:0] x);
     reg [31:0] y;
@@ -109,29 +120,31 @@ module harness #(
         read_ring = frames_read % FRAMES;
         width_of[read_ring[9:0]] = in_width;
         height_of[read_ring[9:0]] = in_height;
+        rc = $fscanf(plan_file, "%d %h %d %d %d %d", apply, planned, stall_i, burst_i, planned_stall_o, planned_burst_o);
+        if (rc != 6) bad_files = 1;
+        stall_o_of[read_ring[9:0]] = planned_stall_o;
+        burst_o_of[read_ring[9:0]] = planned_burst_o;
         frames_read = frames_read + 1;
       end
     end
   endtask
 
   initial begin
-    done = 0; running = 0; settled = 0; finish = 0; hang = 0; bad_files = 0;
+    done = 0; was_reset = 0; running = 0; finish = 0; hang = 0; bad_files = 0;
     i_valid = 0; i_payload = 0; o_ready = 0;
     in_open = 0; in_over = 0; new_offer = 1; seen = 0; held = 0; held_payload = 0;
-    frames_read = 0; frames_begun = 0; frames_taken = 0; frames_given = 0; pixels_taken = 0; pixels_given = 0;
+    frames_read = 0; frames_begun = 0; frames_taken = 0; frames_seen = 0; frames_given = 0; pixels_taken = 0; pixels_given = 0;
     out_x = 0; out_y = 0; in_x = 0; in_y = 0; in_width = 0; in_height = 0; out_width = 0; out_height = 0;
     clock = 0; idle = 0; drain = 0; latency_first = 0; latency_max = 0; first_given = 0; offered_at = 0; first_offered = 0;
     flag_errors = 0; rule_errors = 0; unknown_words = 0; extra_words = 0;
-    stall_i = 0; stall_o = 0; seed = 1; timeout = 200000;
-    rc = $value$plusargs("stall_i=%d", stall_i);
-    rc = $value$plusargs("stall_o=%d", stall_o);
+    seed = 1; timeout = 200000;
     rc = $value$plusargs("seed=%d", seed);
     rc = $value$plusargs("timeout=%d", timeout);
-    apply_settings = 0;
-    settings = 0;
-    given = $value$plusargs("settings=%h", settings);
+    apply_settings = 0; settings = 0; apply = 0;
+    stall_i = 0; burst_i = 0; wait_i = 0; stall_o = 0; burst_o = 0; wait_o = 0; willing = 0;
     rc = $value$plusargs("left=%s", left_name);
     rc = $value$plusargs("right=%s", right_name);
+    rc = $value$plusargs("plan=%s", plan_name);
     rc = $value$plusargs("output=%s", output_name);
     rc = $value$plusargs("report=%s", report_name);
     // Not zero: a zero would stay zero.
@@ -140,23 +153,21 @@ module harness #(
   end
 
   always @(posedge clk) begin
-    if (go && !running && !done) begin
+    // Until the first reset the inputs may be noise.
+    if (rst) was_reset = 1;
+    if (go && !rst && was_reset && !running && !done) begin
       left_file = $fopen(left_name, "r");
       right_file = $fopen(right_name, "r");
       output_file = $fopen(output_name, "w");
       report_file = $fopen(report_name, "w");
+      plan_file = $fopen(plan_name, "r");
       running = 1;
-      bad_files = left_file == 0 || right_file == 0 || output_file == 0 || report_file == 0;
+      bad_files = left_file == 0 || right_file == 0 || plan_file == 0 || output_file == 0 || report_file == 0;
       if (!bad_files) next_picture;
       if (frames_read == 0) bad_files = 1;
-      apply_settings <= given != 0;
-    end else begin
-      // `valid` stays low until the settings are applied.
-      settled = running;
-      apply_settings <= 0;
     end
 
-    if (running && settled) begin
+    if (running) begin
       clock = clock + 1;
       idle = idle + 1;
       random_i = xorshift(random_i);
@@ -206,6 +217,7 @@ module harness #(
           pixels_given = pixels_given + 1;
           if (first) begin
             $fwrite(output_file, "// %0d %0d\n", out_width, out_height);
+            frames_seen = frames_seen + 1;
             first_given = clock;
             latency_first = latency;
             latency_max = 0;
@@ -236,8 +248,10 @@ module harness #(
       end
 
       // The input word of the next clock. The payload of an idle clock is noise: it must not be read without `valid`.
+      apply_settings <= 0;
+      settings <= {SETTING_BITS{random_i[7]}};
       if (!i_valid || in_taken) begin
-        if (in_open && {24'd0, random_i[15:8]} >= stall_i) begin
+        if (in_open && apply == 0 && wait_i == 0 && {24'd0, random_i[15:8]} >= stall_i) begin
           rc = $fscanf(left_file, "%h", left);
           rc_right = $fscanf(right_file, "%h", right);
           if (rc != 1 || rc_right != 1) bad_files = 1;
@@ -252,6 +266,12 @@ module harness #(
         end else begin
           i_valid <= 0;
           i_payload <= random_i[31:13];
+          if (in_open && apply != 0 && frames_seen == frames_read - 1) begin
+            apply_settings <= 1;
+            settings <= planned;
+            apply = 0;
+          end else if (wait_i != 0) wait_i = wait_i - 1;
+          else wait_i = {16'd0, random_i[31:16]} % (burst_i + 1);
         end
       end
 
@@ -259,7 +279,15 @@ module harness #(
       // whose `valid` waits for `ready` then hangs.
       finish = in_over && frames_given == frames_read;
       if (finish) drain = drain + 1;
-      o_ready <= finish || {24'd0, random_o[15:8]} >= stall_o && (stall_o == 0 || seen);
+      if (frames_given != frames_read) begin
+        ring = frames_given % FRAMES;
+        stall_o = stall_o_of[ring[9:0]];
+        burst_o = burst_o_of[ring[9:0]];
+      end
+      willing = wait_o == 0 && {24'd0, random_o[15:8]} >= stall_o;
+      if (wait_o != 0) wait_o = wait_o - 1;
+      else if (!willing) wait_o = {16'd0, random_o[31:16]} % (burst_o + 1);
+      o_ready <= finish || willing && (stall_o == 0 || seen);
 
       hang = idle > timeout;
       if (bad_files || hang || drain > DRAIN) begin

@@ -305,7 +305,7 @@ def build(simulator: str, sources: Iterable[str | os.PathLike[str]], toplevel: s
 
 def run(simulator: str, toplevel: str, build_dir: str | os.PathLike[str], test_module: str, *, plusargs: Iterable[str] = (),
         env: Mapping[str, object] | None = None, waves: str | os.PathLike[str] | None = None,
-        log_file: str | os.PathLike[str] | None = None) -> int:
+        log_file: str | os.PathLike[str] | None = None, seed: int = 1) -> int:
     """Run all tests of cocotb modules on a model that :func:`build` put into ``build_dir``.
 
     Parameters
@@ -323,6 +323,8 @@ def run(simulator: str, toplevel: str, build_dir: str | os.PathLike[str], test_m
     log_file : path
         File for the simulator's output, and beside it, with the suffix ``.xml``, for cocotb's results; ``run.log`` in ``build_dir`` by
         default.
+    seed : int
+        Of what Verilator has in registers and memories without an initial value at first.
 
     Returns
     -------
@@ -341,7 +343,7 @@ def run(simulator: str, toplevel: str, build_dir: str | os.PathLike[str], test_m
         libraries = [str(libs_dir), *filter(None, [os.environ.get("LD_LIBRARY_PATH")])]
         changes["LD_LIBRARY_PATH"] = os.pathsep.join(libraries)
         # A register without an initial value is noise, as it is X in Icarus. But noise would be counted as covered.
-        test_args += [f"+verilator+rand+reset+{0 if COVERAGE in os.environ else 2}", "+verilator+seed+1"]
+        test_args += [f"+verilator+rand+reset+{0 if COVERAGE in os.environ else 2}", f"+verilator+seed+{seed}"]
         if waves is not None:
             test_args += ["--trace-file", str(Path(waves).resolve())]
     elif waves is not None:

@@ -40,7 +40,8 @@ class Step(data.StructLayout):
     pixel in ``column``. ``opens``: the first column; ``edge``: so near to the left border that the left tap is replicated. ``has_above``:
     there is a line above the pixel's. ``grey``: of the pixel, with its flags.
 
-    With costs from below only: its ``slot``; ``has_below``: there is a line below the pixel's; ``lower_grey``: of the pixel there.
+    With costs from below only: its ``slot``; ``has_below``: there is a pixel below it, which there is not in a lead; ``lower_grey``: of
+    that one.
     """
     def __init__(self, config: MatcherConfig):
         column = range(config.max_width)
@@ -217,6 +218,6 @@ class RecursiveSource(wiring.Component):
                 entry.completion.complete.eq(issue & (pixel & ~top | leads & ~top | flush)),
                 entry.completion.starts_line.eq(flush | (place == 0) | below),
                 entry.completion.in_picture.eq(issue & pixel & ~top & ~below),
-                step.slot.eq(slot), step.has_below.eq(~below), step.lower_grey.eq(before.left.minus),
+                step.slot.eq(slot), step.has_below.eq(~below & ~leads if lead else ~below), step.lower_grey.eq(before.left.minus),
             ]
         return m
