@@ -37,6 +37,8 @@ def _is_width(node: ast.AST, above: tuple[ast.AST, ...]) -> bool:
         if isinstance(parent, ast.For | ast.comprehension | ast.Compare | ast.Starred):
             return False
         return not isinstance(parent, ast.Call) or _name(parent.func)[:1].isupper() or _called(parent, "fromkeys", "register", "like")
+    if isinstance(parent, ast.Dict) and isinstance(node, ast.Constant):     # a member of a layout
+        return any(_called(call, "StructLayout", "__init__") for call in above)
     return isinstance(parent, ast.Call) and _name(parent.func) in _SHAPED and bool(parent.args) and parent.args[0] is node
 
 

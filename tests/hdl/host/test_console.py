@@ -170,6 +170,7 @@ def test_watch_shows_changes(capsys):
     status, out, _ = run(capsys, "watch --count 3 --interval 0", line)
     assert status == 0
     looks = len(REGISTERS.of(Kind.STATUS, Kind.COUNTER))
+    assert len(line.requests) == CONSTANTS + 3 * looks
     *_, last = rows(out, "pairs")
     assert last[2] == f"+{looks}"
     *_, last = rows(out, "decoder_step")

@@ -40,6 +40,8 @@ def changed(source, operator):
     ("width", "x = Signal(range(n + 1))", ["x = Signal(range((n + 1) + 1 >> 1))", "x = Signal(range((n + 1) - 1))",
                                            "x = Signal(range((n + 1) - 2))"]),
     ("width", "x = Signal(8)", ["x = Signal(7)"]),
+    ("width", "super().__init__({'a': 1, 'b': 4})", ["super().__init__({'a': 1, 'b': 3})"]),
+    ("constant", "super().__init__({'a': 1, 'b': 4})", []),
     ("width", "for x in range(n):\n    pass", []),
     ("assignment", "m.d.comb += [a.eq(b), c.eq(d)]", ["m.d.comb += [*(), c.eq(d)]", "m.d.comb += [a.eq(b), *()]"]),
     ("assignment", "m.d.sync += a.eq(b)", ["m.d.sync += []"]),
