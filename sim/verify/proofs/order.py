@@ -7,6 +7,7 @@ from typing import Any
 from amaranth import *
 from amaranth.lib import wiring
 
+from hdl.matcher.lines import LineStore
 from hdl.matcher.shift import RightShift
 from hdl.parts.delay import CountedDelay, Delay, SkidRegister, StreamRegister
 from hdl.parts.line_memory import LineMemory
@@ -226,7 +227,7 @@ PROOFS = [
     *(_proof(CountedDelay, f"{clocks} cycles, 2 bits", "", suffix=f" of {clocks}",
              build=lambda clocks=clocks: Delayed(CountedDelay(2, clocks, 3), clocks, counts=True)) for clocks in (5, 8)),   # type: ignore[misc]
     _proof(LineMemory, "5 words of 2 bits", "a word that was written last is found", lambda: Stored(LineMemory(2, 5))),
-    _proof(type(short_store()), "frames of up to 2 x 2 pixels of 1 bit, 3 in the FIFO",
+    _proof(LineStore, "frames of up to 2 x 2 pixels of 1 bit, 3 in the FIFO",
            "each pixel is in three columns, edges are replicated, frames are rectangular",
            lambda: LinesInOrder(short_store(), 2, 2), depth=22, quick=False),
 ]
