@@ -49,7 +49,7 @@ def _camera(rng: random.Random) -> list[str]:
 
 
 def _faults(rng: random.Random) -> Disturbance:
-    drawn: Disturbance = {"kind": "faults", "delay": rng.randrange(_DELAY)}
+    drawn: Disturbance = {"kind": "faults", "delay": rng.randrange(1, _DELAY)}
     if rng.random() < 0.2:
         # Alone: cameras that send nothing do not need the memory.
         return {**drawn, "memory": rng.choice(MEMORY_FAULTS)}
@@ -94,12 +94,12 @@ def draw(seed: int, registers: RegisterMap, count: int) -> list[Disturbance]:
         if kind == "faults":
             drawn.append(_faults(rng))
         elif kind == "reset":
-            drawn.append({"kind": kind, "delay": rng.randrange(_DELAY), "clocks": rng.randint(*_RESET_CLOCKS),
+            drawn.append({"kind": kind, "delay": rng.randrange(1, _DELAY), "clocks": rng.randint(*_RESET_CLOCKS),
                           "init": rng.randint(*(_LATE_INIT if rng.random() < 0.25 else _INIT)), "in_request": rng.random() < 0.3})
         elif kind == "writes":
             drawn.append({"kind": kind, "requests": [_request(rng, registers) for _ in range(rng.randint(*_WRITES))]})
         else:
-            drawn.append({"kind": kind, "delay": rng.randrange(4 * _DELAY), "hold": rng.random() < 0.5})
+            drawn.append({"kind": kind, "delay": rng.randrange(1, 4 * _DELAY), "hold": rng.random() < 0.5})
     return drawn
 
 

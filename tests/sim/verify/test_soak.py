@@ -178,12 +178,13 @@ def test_sample(tmp_path):
 #: A line of the Verilog, what becomes of it, the smallest schedule that shows it, and what is told.
 PLANTED = {
     "frames without a partner are not counted": (
-        r"(left_unpaired_counted <=) unpaired;", r"\1 1'h0;", [], "pairs, dropped, skipped and unpaired frames, and the bytes have"),
+        r"(left_unpaired_counted <=) unpaired;", r"\1 1'h0;", [{"kind": "faults", "delay": 1, "right": ["short line"]}],
+        "pairs, dropped, skipped and unpaired frames, and the bytes have"),
     "a dropped frame is not counted": (
         r"(else if \(_\d+_\) dropped(?:_\d+)?\[0\] <=) .*;", r"\1 1'h0;",
-        [{"kind": "faults", "delay": 0, "left": ["short line"]}], "left_dropped has not counted"),
+        [{"kind": "faults", "delay": 1, "left": ["short line"]}], "left_dropped has not counted"),
     "a picture that was held is never let go": (
-        r"(if \(rst\) hold <= 1'h0;\s*else hold <=) (.*);", r"\1 hold | \2;", [{"kind": "pause", "delay": 0, "hold": True}],
+        r"(if \(rst\) hold <= 1'h0;\s*else hold <=) (.*);", r"\1 hold | \2;", [{"kind": "pause", "delay": 1, "hold": True}],
         "the monitor has not shown the pair in 24 frames"),
 }
 
@@ -198,7 +199,7 @@ def least(tmp_path_factory):
 @pytest.mark.slow
 @pytest.mark.parametrize("name", PLANTED)
 def test_planted_fault_is_found(name, least, tmp_path):
-    """Of one the schedule has more, which is dropped again."""
+    """The schedule of one has more than that, which is dropped again."""
     line, becomes, needed, told = PLANTED[name]
     text, changed = re.subn(line, becomes, least.read_text(), count=1)
     assert changed == 1
