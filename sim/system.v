@@ -53,10 +53,12 @@ module system_bench #(
   // Memory: `ready` is low in refreshes and at random, one clock in four.
 
   wire [22:0]  address;
+  wire [31:0]  wide = {9'd0, address};   // as wide as parameters are
   wire         write_req, read_req;
   wire [127:0] wdata;
   wire [15:0]  be;
   reg  [127:0] words [0:WORDS-1];
+  wire [$clog2(WORDS)-1:0] word = address[$clog2(WORDS)-1:0];
   reg  [127:0] on_their_way [0:LATENCY-1];
   reg  [LATENCY-1:0] valid;
   reg  [127:0] rdata;
@@ -70,13 +72,17 @@ module system_bench #(
     refresh <= refresh == REFRESH - 1 ? 0 : refresh + 1;
     ready <= !rst && refresh >= REFRESH_CLOCKS && noise[1:0] != 0;
     for (n = LATENCY - 1; n > 0; n = n - 1) on_their_way[n] <= on_their_way[n - 1];
-    on_their_way[0] <= words[address];
+    on_their_way[0] <= words[word];
     valid <= {valid[LATENCY-2:0], ready && read_req};
+    if (ready && (read_req || write_req) && wide >= WORDS) begin
+      $display("address %0d is behind the memory's %0d words", address, WORDS);
+      $fatal;
+    end
     rdata <= on_their_way[LATENCY-1];
     rdata_valid <= valid[LATENCY-1];
     if (ready && write_req) begin
       for (n = 0; n < 16; n = n + 1) mask[8 * n +: 8] = {8{be[n]}};
-      words[address] <= words[address] & ~mask | wdata & mask;
+      words[word] <= words[word] & ~mask | wdata & mask;
     end
   end
 
@@ -91,12 +97,12 @@ module system_bench #(
       clocks <= clocks + 1;
       if (ready && read_req) begin
         words_read <= words_read + 1;
-        if (started < 0 && address < SHOWN) started <= clocks;
-        if (address >= SHOWN) shown <= 1;
+        if (started < 0 && wide < SHOWN) started <= clocks;
+        if (wide >= SHOWN) shown <= 1;
       end
       if (ready && write_req) begin
         words_written <= words_written + 1;
-        if (address >= SHOWN) begin
+        if (wide >= SHOWN) begin
           shown_words <= shown_words + 1;
           if (shown_words == PICTURE_WORDS - 1) finished <= clocks;
         end
