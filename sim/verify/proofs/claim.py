@@ -1,5 +1,6 @@
 """A claim about a component, as a circuit: the component, its surroundings with free inputs, and assertions on what it does."""
 
+from abc import ABC, abstractmethod
 from collections.abc import Iterator, Mapping, Sequence
 from functools import cached_property
 from pathlib import Path
@@ -60,7 +61,7 @@ def kept_of(word: Any, payload: Any, bits: int | None) -> list[Value]:
             if isinstance(field.shape, data.Layout) else Value.cast(view[name]), bits)]
 
 
-class Claim(Elaboratable):
+class Claim(Elaboratable, ABC):
     """A component in its surroundings.
 
     Members
@@ -79,9 +80,9 @@ class Claim(Elaboratable):
         #: Outputs of :class:`sim.kit.formal.Circuit`.
         self.outputs: dict[str, Value] = {}
 
+    @abstractmethod
     def build(self, m: Module) -> None:
         """Add component, surroundings and assertions to a module."""
-        raise NotImplementedError
 
     @cached_property
     def module(self) -> Module:
